@@ -3,9 +3,10 @@
 ``--real FOLDER`` and ``--mirror FOLDER`` name data that are no part of the repository, for those that use them.
 
 A benchmark with ``TAKES_WORDS`` takes all words after its name as its own arguments, such as ``real FOLDER``.
-One with ``PARTS`` runs the parts named after it, or all but its long ones. With ``--out`` those
-that keep their figures put them into the folder's ``<name>.json``, each part in the
-place of what was there of it; ``python -m benchmarks.sheets`` writes the sheets of the docs from ``benchmarks/results``.
+One with ``PARTS`` runs the parts named after it, or all but its long ones. With ``--out`` those that keep
+their figures put them into the folder's ``<name>.json``: a part that is named takes the place of what was there
+of it, and a run without names renews the sheet whole, so long parts come after it. ``python -m benchmarks.sheets``
+writes the sheets of the docs from ``benchmarks/results``.
 """
 
 from __future__ import annotations

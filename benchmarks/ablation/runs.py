@@ -13,7 +13,7 @@ from pathlib import Path
 from benchmarks.ablation.drives import EXCERPTS, Drive, drives
 from benchmarks.ablation.mechanisms import ALL, MECHANISMS, Change, both
 from benchmarks.common.figures import Figure, digits, say
-from benchmarks.common.sheet import Sheet
+from benchmarks.common.sheet import Sheet, renew
 
 SPECIAL: Mapping[str, tuple[str, ...]] = {
     "carried off": (
@@ -112,3 +112,5 @@ def main(
     cases, sheet = drives(real, mirror), Sheet(out)
     for part in parts or PARTS:
         _run(part, PARTS[part](), cases, sheet)
+    if not parts:
+        renew(sheet)

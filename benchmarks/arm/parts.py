@@ -29,7 +29,7 @@ PARTS = (*_SHORT, *(f"campaign-{number + 1}" for number in range(_CAMPAIGN)))
 
 def main(parts: list[str] | None = None, *, out: Path | None = None) -> None:
     """Measure some parts, or all but the long ones, and print their figures."""
-    measure({name: partial(_part, name) for name in parts or _SHORT}, out)
+    measure({name: partial(_part, name) for name in parts or _SHORT}, out, whole=not parts)
 
 
 def _part(name: str) -> Iterator[Figure]:

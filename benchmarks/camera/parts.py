@@ -55,7 +55,8 @@ STEPPED = 20 * SECOND
 
 def main(parts: list[str] | None = None, *, out: Path | None = None) -> None:
     """Measure some parts, or all, and print their figures."""
-    measure({name: part for name, part in PARTS_BY_NAME.items() if not parts or name in parts}, out)
+    names = parts or list(PARTS_BY_NAME)
+    measure({name: PARTS_BY_NAME[name] for name in names}, out, whole=not parts)
 
 
 def real() -> Iterator[Figure]:

@@ -1,7 +1,8 @@
 """A sheet of figures: a JSON file that keeps them part by part, each figure on a line.
 
-A part that is measured anew takes the place of what was there of it, and nothing else changes, so that a
-long table can be made in pieces. ``python -m benchmarks.common.sheet FILE ...`` writes sheets anew as this module does.
+A part that is measured anew takes the place of what was there of it, so that a long table can be made in
+pieces; each names the commit that it was measured at. Once all parts have been measured in one run, those of other
+commits are dropped: the sheet is renewed whole. ``python -m benchmarks.common.sheet FILE ...`` writes sheets anew as this module does.
 """
 
 from __future__ import annotations
@@ -11,10 +12,12 @@ import json
 import math
 import os
 import platform
+import subprocess
 import sys
 import time
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import fields
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -33,6 +36,7 @@ class Sheet:
             ValueError: if it is there and is no sheet.
         """
         self.path = path
+        self.commit = commit()
         self.parts: dict[str, tuple[Figure, ...]] = {}
         self.facts: dict[str, dict[str, str | float]] = {}
         if path is not None and path.is_file():
@@ -57,12 +61,21 @@ class Sheet:
         self.parts[part] = tuple(figures)
         self.facts[part] = {
             "date": f"{datetime.datetime.now():%Y-%m-%d %H:%M}",
+            "commit": self.commit,
             "machine": processor(),
             "python": platform.python_version(),
             "load": round(os.getloadavg()[0], 1),
             "cpu_seconds": round(seconds, 1),
         }
         self.write()
+
+    def drop_other_commits(self) -> list[str]:
+        """Drop the parts that were not measured at this commit, and return their names."""
+        others = [name for name, told in self.facts.items() if told.get("commit") != self.commit]
+        for name in others:
+            del self.parts[name], self.facts[name]
+        self.write()
+        return others
 
     def write(self) -> None:
         """Write the file, if there is one."""
@@ -118,8 +131,38 @@ def processor() -> str:
     return next(named, platform.machine())
 
 
-def measure(parts: Mapping[str, Callable[[], Iterator[Figure]]], out: Path | None) -> None:
-    """Measure parts one after the other, print their figures, and keep them in a sheet if one is named."""
+@cache
+def commit() -> str:
+    """Return the short hash of the commit that runs, with ``-dirty`` if files differ from it; nothing outside of a clone.
+
+    Only what the process loaded counts: results and the sheets made of them may differ. A process asks once,
+    before it measures.
+    """
+    git = ("git", "-C", str(Path(__file__).resolve().parents[2]))
+    kept = (":!benchmarks/results", ":!docs/sheets")
+    try:
+        told = [
+            subprocess.run([*git, *words], check=True, capture_output=True, text=True).stdout
+            for words in (
+                ("rev-parse", "--short", "HEAD"),
+                ("status", "--porcelain", "--untracked-files=no", "--", ".", *kept),
+            )
+        ]
+    except (OSError, subprocess.CalledProcessError):
+        return ""
+    return told[0].strip() + ("-dirty" if told[1] else "")
+
+
+def measure(
+    parts: Mapping[str, Callable[[], Iterator[Figure]]], out: Path | None, *, whole: bool
+) -> None:
+    """Measure parts one after the other, print their figures, and keep them in a sheet if one is named.
+
+    Args:
+        parts: by name.
+        out: the sheet.
+        whole: whether these are all parts of a benchmark but long ones: then the sheet is renewed whole.
+    """
     sheet = Sheet(out)
     for name, part in parts.items():
         begun, figures = time.process_time(), list[Figure]()
@@ -130,6 +173,15 @@ def measure(parts: Mapping[str, Callable[[], Iterator[Figure]]], out: Path | Non
         seconds = time.process_time() - begun
         sheet.put(name, figures, seconds=seconds)
         say(f"   ({seconds:.0f} s of CPU)")
+    if whole:
+        renew(sheet)
+
+
+def renew(sheet: Sheet) -> None:
+    """Drop what a sheet holds of other commits, and say so."""
+    dropped = sheet.drop_other_commits()
+    if dropped:
+        say(f" dropped, as they are of other commits: {', '.join(dropped)}")
 
 
 def _show(figure: Figure, before: Figure | None) -> None:

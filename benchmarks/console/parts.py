@@ -46,7 +46,7 @@ def main(words: Sequence[str] = (), *, out: Path | None = None) -> None:
 
     Args:
         words: names of parts, and options.
-        out: a sheet of figures; parts that are measured take their places in it, the others stay.
+        out: a sheet of figures; parts that are named take their places in it, the others stay.
     """
     parser = argparse.ArgumentParser(prog="python -m benchmarks console")
     named = (*(name for name in PARTS if not name.startswith(LOSING)), LOSING)
@@ -65,7 +65,7 @@ def main(words: Sequence[str] = (), *, out: Path | None = None) -> None:
         names = chosen(options.parts)
     except KeyError as unknown:
         parser.error(f"no part {unknown.args[0]}; there are {', '.join(named)}")
-    measure({name: parts[name] for name in names}, out)
+    measure({name: parts[name] for name in names}, out, whole=not options.parts)
 
 
 def chosen(words: Sequence[str]) -> list[str]:

@@ -60,6 +60,7 @@ def main(parts: Sequence[str] = (), *, out: Path | None = None) -> None:
 
     Args:
         parts: by name.
-        out: a sheet of figures; parts that are measured take their places in it, the others stay.
+        out: a sheet of figures; parts that are named take their places in it, the others stay.
     """
-    measure({name: PARTS[name] for name in parts or PARTS if parts or name not in LONG}, out)
+    names = parts or [name for name in PARTS if name not in LONG]
+    measure({name: PARTS[name] for name in names}, out, whole=not parts)

@@ -88,6 +88,6 @@ def main(parts: Sequence[str] = (), *, out: Path | None = None) -> None:
 
     Args:
         parts: by name.
-        out: a sheet of figures; parts that are measured take their places in it, the others stay.
+        out: a sheet of figures; parts that are named take their places in it, the others stay.
     """
-    measure({name: PARTS[name] for name in parts or PARTS}, out)
+    measure({name: PARTS[name] for name in parts or PARTS}, out, whole=not parts)

@@ -5,7 +5,8 @@
 [--set KEY=VALUE ...] [--keep FOLDER] [--out FOLDER]``: the folder holds ``NAME-corrected.log.gz``, and ``NAME.clf.bz2``
 and ``NAME.relations`` if there are any; all its logs are run unless some are named. The map of a log is made of every second
 corrected scan, and the others are what the error is measured against. ``--all`` runs the peers, 50 kidnaps
-and 30 starts of each kind a log; ``--out`` keeps the figures in ``real.json``, and the tables in ``real.md``.
+and 30 starts of each kind a log; ``--out`` keeps the figures in ``real.json``, and the tables in ``real.md``;
+``--all`` without ``--logs`` renews it whole, so changed odometry and stamps come after it.
 """
 
 from __future__ import annotations
@@ -20,7 +21,7 @@ from typing import Any
 
 from benchmarks.common.figures import say
 from benchmarks.common.progress import minutes, note
-from benchmarks.common.sheet import Sheet
+from benchmarks.common.sheet import Sheet, renew
 from benchmarks.real.logs import STAMPS, Excerpt, real_drive
 from benchmarks.real.runs import HEAD, Wanted, keep, parts
 from benchmarks.real.submissions import read_submission
@@ -77,6 +78,8 @@ def _run(a: argparse.Namespace, sheet: Sheet) -> None:
         config = changed(LocalizerConfig.of(drive.log.sensors), a.set)
         for part, figures in parts(wanted, excerpt, drive, config):
             keep(sheet, part, figures)
+    if a.all and not a.logs:
+        renew(sheet)
 
 
 def _logs(folder: Path) -> list[str]:

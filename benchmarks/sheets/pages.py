@@ -131,13 +131,18 @@ def missing(sheet: Sheet, parts: Iterable[str]) -> str:
 
 def facts(sheet: Sheet) -> str:
     """Return when and where each part was measured, and what it took."""
-    lines = ["| part | measured | load | CPU s |", "|---|---|---|---|"]
+    lines = ["| part | measured | commit | load | CPU s |", "|---|---|---|---|---|"]
     for part, told in sheet.facts.items():
-        lines.append(f"| {part} | {told['date']} | {told['load']} | {told['cpu_seconds']} |")
+        commit = told.get("commit") or "-"
+        lines.append(
+            f"| {part} | {told['date']} | {commit} | {told['load']} | {told['cpu_seconds']} |"
+        )
     machines = sorted(
         {f"{told['machine']}, Python {told['python']}" for told in sheet.facts.values()}
     )
-    return "\n".join([*lines, "", f"Machine: {'; '.join(machines)}."])
+    commits = {told.get("commit") or "-" for told in sheet.facts.values()}
+    mixed = f" Measured at {len(commits)} commits." if len(commits) > 1 else ""
+    return "\n".join([*lines, "", f"Machine: {'; '.join(machines)}.{mixed}"])
 
 
 TABLES: dict[str, Callable[[Sheet], str]] = {

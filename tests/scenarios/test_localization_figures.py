@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from dataclasses import asdict
 from pathlib import Path
 
@@ -10,13 +11,14 @@ import numpy as np
 import pytest
 
 from benchmarks.common.figures import Figure, poisson, share, wilson
-from benchmarks.common.sheet import Sheet
+from benchmarks.common.sheet import Sheet, commit, measure
 from benchmarks.localization.alarms import FLAGGED, Watch
 from benchmarks.localization.drives import SLIPS
 from benchmarks.localization.searching import hint_trial, kidnap_trial, searcher_of
 from benchmarks.replay.matchers import SmallGicp, plain
 from benchmarks.replay.recordings import Recording, record
 from benchmarks.replay.replaying import Run, bootstrap_rmse, replay, replay_monte_carlo, score
+from benchmarks.sheets.pages import facts
 from localization.evaluation.fault_injection import (
     Clutter,
     Span,
@@ -197,6 +199,30 @@ def test_a_part_measured_anew_takes_the_place_of_the_old_and_leaves_the_others(
     path.write_text("[1]")
     with pytest.raises(ValueError, match="no sheet of figures"):
         Sheet(path)
+
+
+def test_only_a_run_of_all_parts_drops_those_of_other_commits(tmp_path: Path) -> None:
+    path = tmp_path / "sheet.json"
+    old = Sheet(path)
+    old.commit = "0000000"
+    one = Figure("case", "method", "what", 1.5)
+    for part in ("short", "long"):
+        old.put(part, [one], seconds=1.0)
+    measure({"short": lambda: iter([one])}, path, whole=False)
+    assert {p: told["commit"] for p, told in Sheet(path).facts.items()} == {
+        "short": commit(),
+        "long": "0000000",
+    }
+    assert facts(Sheet(path)).endswith("Measured at 2 commits.")
+    measure({"short": lambda: iter([one])}, path, whole=True)
+    assert list(Sheet(path).parts) == ["short"]
+    assert "commits" not in facts(Sheet(path))
+
+
+def test_commit_is_that_of_the_clone_if_there_is_one(monkeypatch: pytest.MonkeyPatch) -> None:
+    assert re.fullmatch(r"([0-9a-f]{7,40}(-dirty)?)?", commit())
+    monkeypatch.setenv("PATH", "")
+    assert commit.__wrapped__() == ""
 
 
 def test_a_sheet_in_its_first_form_is_read_and_written_anew_a_figure_a_line(tmp_path: Path) -> None:
