@@ -2,23 +2,17 @@
 
 from __future__ import annotations
 
-import json
-import re
-from dataclasses import asdict
 from pathlib import Path
 
 import numpy as np
 import pytest
 
-from benchmarks.common.figures import Figure, poisson, share, wilson
-from benchmarks.common.sheet import Sheet, commit, measure
 from benchmarks.localization.alarms import FLAGGED, Watch
 from benchmarks.localization.drives import SLIPS
 from benchmarks.localization.searching import hint_trial, kidnap_trial, searcher_of
 from benchmarks.replay.matchers import SmallGicp, plain
 from benchmarks.replay.recordings import Recording, record
 from benchmarks.replay.replaying import Run, bootstrap_rmse, replay, replay_monte_carlo, score
-from benchmarks.sheets.pages import facts
 from localization.evaluation.fault_injection import (
     Clutter,
     Span,
@@ -37,7 +31,6 @@ from robot_sim.building_generator import generate
 from robot_sim.worlds.from_floorplan import build_world
 from teleop.world_building.station_survey import survey_from_stations
 
-RESULTS = Path(__file__).parents[2] / "benchmarks" / "results"
 HEIGHT = float(MOUNTS["laser_horizontal"].position[2])
 
 
@@ -173,96 +166,6 @@ def test_false_alarms_are_counted_at_their_onset() -> None:
         seen.see((i + 6) * SECOND // 10, 0.9, 0.0, Health.TRACKING, "")
     assert seen.missed == 1
     assert seen.seconds == pytest.approx(3.5)
-
-
-def test_figures_say_whether_their_goal_is_met_and_proved() -> None:
-    assert share("", "", "", 100, 100, least=95.0).verdict == "met"
-    assert share("", "", "", 98, 100, least=95.0).verdict == "met, not proved"
-    assert share("", "", "", 90, 100, least=95.0).verdict == "missed"
-    assert Figure("", "", "", float("nan"), most=1.0).verdict == "missed"
-    assert Figure("", "", "", 5.0).verdict == ""
-
-
-def test_a_part_measured_anew_takes_the_place_of_the_old_and_leaves_the_others(
-    tmp_path: Path,
-) -> None:
-    path = tmp_path / "sheet.json"
-    one = Figure("case", "method", "what", 1.5, "cm", 3, 1.0, 2.0, most=2.0)
-    none = Figure("case", "method", "nothing", float("nan"))
-    Sheet(path).put("first", [one, none], seconds=1.0)
-    Sheet(path).put("second", [one], seconds=1.0)
-    Sheet(path).put("first", [none], seconds=1.0)
-    held = Sheet(path).parts
-    assert held["second"] == (one,)
-    assert [f.quantity for f in held["first"]] == ["nothing"]
-    assert np.isnan(held["first"][0].value)
-    path.write_text("[1]")
-    with pytest.raises(ValueError, match="no sheet of figures"):
-        Sheet(path)
-
-
-def test_only_a_run_of_all_parts_drops_those_of_other_commits(tmp_path: Path) -> None:
-    path = tmp_path / "sheet.json"
-    old = Sheet(path)
-    old.commit = "0000000"
-    one = Figure("case", "method", "what", 1.5)
-    for part in ("short", "long"):
-        old.put(part, [one], seconds=1.0)
-    measure({"short": lambda: iter([one])}, path, whole=False)
-    assert {p: told["commit"] for p, told in Sheet(path).facts.items()} == {
-        "short": commit(),
-        "long": "0000000",
-    }
-    assert facts(Sheet(path)).endswith("Measured at 2 commits.")
-    measure({"short": lambda: iter([one])}, path, whole=True)
-    assert list(Sheet(path).parts) == ["short"]
-    assert "commits" not in facts(Sheet(path))
-
-
-def test_commit_is_that_of_the_clone_if_there_is_one(monkeypatch: pytest.MonkeyPatch) -> None:
-    assert re.fullmatch(r"([0-9a-f]{7,40}(-dirty)?)?", commit())
-    monkeypatch.setenv("PATH", "")
-    assert commit.__wrapped__() == ""
-
-
-def test_a_sheet_in_its_first_form_is_read_and_written_anew_a_figure_a_line(tmp_path: Path) -> None:
-    one = Figure("case", "method", "what", 1.5, "cm", 3, 1.0, 2.0, most=2.0)
-    none = Figure("case", "method", "nothing", float("nan"))
-    facts = {"date": "2026-11-24 12:17", "machine": "AMD EPYC", "load": 1.0, "cpu_seconds": 2.0}
-    figures = [{**asdict(one)}, {**asdict(none), "value": None}]
-    path = tmp_path / "sheet.json"
-    path.write_text(json.dumps({"part": {"facts": facts, "figures": figures}}, indent=1))
-    sheet = Sheet(path)
-    sheet.write()
-    written = path.read_text()
-    assert [line for line in written.splitlines() if '"case"' in line] == [
-        '   {"case": "case", "method": "method", "quantity": "what", "value": 1.5, "unit": "cm", "n": 3,'
-        ' "low": 1.0, "high": 2.0, "most": 2.0},',
-        '   {"case": "case", "method": "method", "quantity": "nothing", "value": null}',
-    ]
-    assert json.loads(written)["part"]["facts"] == facts
-    held = Sheet(path)
-    assert held.parts["part"][0] == sheet.parts["part"][0] == one
-    assert np.isnan(held.parts["part"][1].value)
-    assert held.text == written
-
-
-@pytest.mark.parametrize("path", sorted(RESULTS.iterdir()), ids=lambda path: path.name)
-def test_kept_sheet_is_in_the_form_that_is_written(path: Path) -> None:
-    assert Sheet(path).text == path.read_text(), "run: python -m benchmarks.common.sheet FILE"
-
-
-def test_bounds_of_events_are_garwoods() -> None:
-    # Garwood 1936: 0 events are up to 3.69, 10 are 4.80 to 18.39.
-    assert poisson(0) == pytest.approx((0.0, 3.689), abs=1e-3)
-    assert poisson(10) == pytest.approx((4.795, 18.39), abs=1e-2)
-
-
-def test_bounds_of_a_share_are_wilsons() -> None:
-    # Brown, Cai and DasGupta 2001: 0 of 10 is up to 27.8 %, 5 of 10 is 23.7 to 76.3 %.
-    assert wilson(0, 10) == pytest.approx((0.0, 0.2775), abs=1e-3)
-    assert wilson(5, 10) == pytest.approx((0.2366, 0.7634), abs=1e-3)
-    assert wilson(0, 0) == (0.0, 1.0)
 
 
 def test_bootstrapped_bounds_hold_the_error_between_them_and_narrow_with_more_of_it() -> None:
