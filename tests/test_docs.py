@@ -21,7 +21,7 @@ import pytest
 import tyro
 from mcap.reader import make_reader
 
-from benchmarks import _tables as tables
+from benchmarks.sheets import pages
 from localization import Health, LocalizerConfig, Pose, Verdict
 from localization.display.rerun_sink import viewer_program
 from robot_sim import IMU_MOUNT, MOUNTS, SimulationConfig
@@ -446,9 +446,9 @@ def test_every_state_and_verdict_is_explained(
 
 
 def test_tables_of_figures_are_those_of_the_sheets() -> None:
-    for sheet, text in tables.SHEETS.items():
+    for sheet, text in pages.SHEETS.items():
         shown = sheet.read_text(encoding="utf-8")
-        assert shown == tables.page(text), "run: python -m benchmarks._tables"
+        assert shown == pages.page(text), "run: python -m benchmarks.sheets"
 
 
 @pytest.mark.parametrize("row", rows("docs/localization.md", "| setting |"), ids=lambda row: row[0])

@@ -6,11 +6,12 @@ from dataclasses import replace
 
 import pytest
 
-from benchmarks._ablation_drives import COST
-from benchmarks._ablation_table import ablation, unmeasured
-from benchmarks._figures import Figure, Sheet
-from benchmarks._mechanisms import ALL, MECHANISMS, REMOVED, both
-from benchmarks.ablation import PAIRS, SPECIAL, concerned
+from benchmarks.ablation.drives import COST
+from benchmarks.ablation.mechanisms import ALL, MECHANISMS, REMOVED, both
+from benchmarks.ablation.runs import PAIRS, SPECIAL, concerned
+from benchmarks.common.figures import Figure
+from benchmarks.common.sheet import Sheet
+from benchmarks.sheets.ablation import ablation, unmeasured
 from localization.pipeline.localizer import LocalizerConfig
 
 

@@ -8,8 +8,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 import pytest
 
-from benchmarks._lost import FLAGGED, KINDS, lost_trials
-from benchmarks._recordings import record
+from benchmarks.localization.lost import FLAGGED, KINDS, lost_trials
+from benchmarks.replay.recordings import record
 from localization.maps.cloud import Cloud
 from localization.maps.prepared_map import PreparedMap, prepare
 from localization.pipeline.localizer import Localizer

@@ -7,15 +7,16 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from benchmarks import console
-from benchmarks._console_frames import script_times
-from benchmarks._console_losing import ALL, figures
-from benchmarks._console_losses import KINDS, Loss
-from benchmarks._console_publisher import cloud_message
-from benchmarks._console_robot import filled_up, read_edges
-from benchmarks._console_traffic import megabytes, slope
-from benchmarks._figure_table import all_figures, pooled
-from benchmarks._figures import Figure, Sheet
+from benchmarks.common.figures import Figure
+from benchmarks.common.sheet import Sheet
+from benchmarks.console import parts as console
+from benchmarks.console.frames import script_times
+from benchmarks.console.losing import ALL, figures
+from benchmarks.console.losses import KINDS, Loss
+from benchmarks.console.publisher import cloud_message
+from benchmarks.console.robot import filled_up, read_edges
+from benchmarks.console.traffic import megabytes, slope
+from benchmarks.sheets.figure_table import all_figures, pooled
 from localization.maps.cloud import Cloud
 
 

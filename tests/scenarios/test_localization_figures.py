@@ -7,13 +7,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from benchmarks._alarms import FLAGGED, Watch
-from benchmarks._drives import SLIPS
-from benchmarks._figures import Figure, Sheet, poisson, share, wilson
-from benchmarks._peers import SmallGicp, plain
-from benchmarks._recordings import Recording, record
-from benchmarks._replaying import Run, bootstrap_rmse, replay, replay_monte_carlo, score
-from benchmarks._searching import hint_trial, kidnap_trial, searcher_of
+from benchmarks.localization.alarms import FLAGGED, Watch
+from benchmarks.localization.drives import SLIPS
+from benchmarks.localization.searching import hint_trial, kidnap_trial, searcher_of
+from benchmarks.replay.matchers import SmallGicp, plain
+from benchmarks.replay.recordings import Recording, record
+from benchmarks.replay.replaying import Run, bootstrap_rmse, replay, replay_monte_carlo, score
 from localization.evaluation.fault_injection import (
     Clutter,
     Span,
@@ -167,46 +166,6 @@ def test_false_alarms_are_counted_at_their_onset() -> None:
         seen.see((i + 6) * SECOND // 10, 0.9, 0.0, Health.TRACKING, "")
     assert seen.missed == 1
     assert seen.seconds == pytest.approx(3.5)
-
-
-def test_figures_say_whether_their_goal_is_met_and_proved() -> None:
-    assert share("", "", "", 100, 100, least=95.0).verdict == "met"
-    assert share("", "", "", 98, 100, least=95.0).verdict == "met, not proved"
-    assert share("", "", "", 90, 100, least=95.0).verdict == "missed"
-    assert Figure("", "", "", float("nan"), most=1.0).verdict == "missed"
-    assert Figure("", "", "", 5.0).verdict == ""
-
-
-def test_a_part_measured_anew_takes_the_place_of_the_old_and_leaves_the_others(
-    tmp_path: Path,
-) -> None:
-    path = tmp_path / "sheet.json"
-    one = Figure("case", "method", "what", 1.5, "cm", 3, 1.0, 2.0, most=2.0)
-    none = Figure("case", "method", "nothing", float("nan"))
-    Sheet(path).put("first", [one, none], seconds=1.0)
-    Sheet(path).put("second", [one], seconds=1.0)
-    Sheet(path).put("first", [none], seconds=1.0)
-    held = Sheet(path).parts
-    assert held["second"] == (one,)
-    assert [f.quantity for f in held["first"]] == ["nothing"]
-    assert np.isnan(held["first"][0].value)
-    assert path.with_suffix(".csv").read_text().count("\n") == 3
-    path.write_text("[1]")
-    with pytest.raises(ValueError, match="no sheet of figures"):
-        Sheet(path)
-
-
-def test_bounds_of_events_are_garwoods() -> None:
-    # Garwood 1936: 0 events are up to 3.69, 10 are 4.80 to 18.39.
-    assert poisson(0) == pytest.approx((0.0, 3.689), abs=1e-3)
-    assert poisson(10) == pytest.approx((4.795, 18.39), abs=1e-2)
-
-
-def test_bounds_of_a_share_are_wilsons() -> None:
-    # Brown, Cai and DasGupta 2001: 0 of 10 is up to 27.8 %, 5 of 10 is 23.7 to 76.3 %.
-    assert wilson(0, 10) == pytest.approx((0.0, 0.2775), abs=1e-3)
-    assert wilson(5, 10) == pytest.approx((0.2366, 0.7634), abs=1e-3)
-    assert wilson(0, 0) == (0.0, 1.0)
 
 
 def test_bootstrapped_bounds_hold_the_error_between_them_and_narrow_with_more_of_it() -> None:

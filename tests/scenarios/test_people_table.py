@@ -4,8 +4,9 @@ from pathlib import Path
 
 import pytest
 
-from benchmarks._figures import OURS, Figure, Sheet, share
-from benchmarks._people_table import people
+from benchmarks.common.figures import OURS, Figure, share
+from benchmarks.common.sheet import Sheet
+from benchmarks.sheets.people import people
 
 DRIVE = "office, seed 1, alive"
 

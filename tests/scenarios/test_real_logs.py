@@ -10,10 +10,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from benchmarks import real
-from benchmarks._corrected_logs import corrected_scans
-from benchmarks._real_logs import STAMPS, Excerpt, real_drive, stamped, turned
-from benchmarks._real_scores import WRONG, answers, run_real, score_real
+from benchmarks.real import command as real
+from benchmarks.real.corrected_logs import corrected_scans
+from benchmarks.real.logs import STAMPS, Excerpt, real_drive, stamped, turned
+from benchmarks.real.scores import WRONG, answers, run_real, score_real
 from localization.geometry import FloatArray, wrap_angle
 from localization.pipeline.localizer import Localizer, LocalizerConfig
 from localization.types import SECOND, Odometry, Pose, Reading, Scan

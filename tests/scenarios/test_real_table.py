@@ -9,17 +9,18 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from benchmarks import real
-from benchmarks._figures import OURS, Sheet
-from benchmarks._log_tracks import odometry_at_scans
-from benchmarks._real_hints import KINDS, beginnings, start_at
-from benchmarks._real_kidnaps import HELD, Course, _misled, _recovered, kidnap, pairs
-from benchmarks._real_logs import Excerpt, RealDrive, real_drive
-from benchmarks._real_peers import AMCL, GICP, KISS, peer_answers
-from benchmarks._real_scores import Answer, _quantile_bounds, score_real
-from benchmarks._real_table import of_kidnaps, of_score, scores
-from benchmarks._real_trials import place_at
-from benchmarks._submissions import read_submission, submitted_answers
+from benchmarks.common.figures import OURS
+from benchmarks.common.sheet import Sheet
+from benchmarks.real import command as real
+from benchmarks.real.hints import KINDS, beginnings, start_at
+from benchmarks.real.kidnaps import HELD, Course, _misled, _recovered, kidnap, pairs
+from benchmarks.real.log_tracks import odometry_at_scans
+from benchmarks.real.logs import Excerpt, RealDrive, real_drive
+from benchmarks.real.peers import AMCL, GICP, KISS, peer_answers
+from benchmarks.real.scores import Answer, _quantile_bounds, score_real
+from benchmarks.real.submissions import read_submission, submitted_answers
+from benchmarks.real.tables import of_kidnaps, of_score, scores
+from benchmarks.real.trials import place_at
 from localization.pipeline.localizer import LocalizerConfig
 from localization.types import SECOND, Health, Odometry, Pose, Reading, Scan
 from tests.scenarios.test_real_logs import folder as folder
@@ -177,7 +178,6 @@ def test_command_writes_figures_and_tables_beside_each_other(
     assert methods == {OURS, KISS, GICP, AMCL, "theirs"}
     table = out.with_suffix(".md").read_text(encoding="utf-8")
     assert "| room, 0 to 12 s | theirs | 58 |" in table
-    assert out.with_suffix(".csv").is_file()
 
 
 def test_command_names_a_bad_line_before_anything_is_run(folder: Path, tmp_path: Path) -> None:

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from benchmarks._real_yardstick import YardstickError, run_yardstick
+from benchmarks.real.yardstick import YardstickError, run_yardstick
 
 SCRIPT = """
 import json, sys

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from benchmarks._submissions import SubmissionError, _lines, read_submission
+from benchmarks.real.submissions import SubmissionError, _lines, read_submission
 
 PLAIN = "100.5 1 2 0 0 0 0.70710678 0.70710678"
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from benchmarks._arm_grasps import CARRYING, MASSES, PICKS, Picker, Place, carried, picked
+from benchmarks.arm.handling.grasps import CARRYING, MASSES, PICKS, Picker, Place, carried, picked
 from localization.types import Pose
 from robot_sim.drive.tyres import GRAVITY
 

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from playwright.async_api import Page
 
-from benchmarks._console_losses import HIDE
+from benchmarks.console.losses import HIDE
 from localization.maps.cloud import Cloud
 from robot_sim import World
 from tests.teleop.console.arm_hands import (

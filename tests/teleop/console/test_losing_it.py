@@ -7,7 +7,7 @@ from random import Random
 
 import pytest
 
-from benchmarks._console_losses import EXPECTED, KINDS, LIMIT, trial
+from benchmarks.console.losses import EXPECTED, KINDS, LIMIT, trial
 from localization.maps.cloud import Cloud
 from robot_sim import World
 from tests.teleop.console.conftest import Pages

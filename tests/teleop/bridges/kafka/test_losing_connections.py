@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 from confluent_kafka import Producer as MockCluster
 
-from benchmarks._kafka_campaign import campaign, stand_in
+from benchmarks.bridges.kafka_campaign import campaign, stand_in
 from teleop.bridges.kafka.topics import make_topics
 from tests.teleop.bridges.kafka.support import bridge, make_wide, sender, until
 from tests.teleop.bridges.support import Broker, Link, broker, robot

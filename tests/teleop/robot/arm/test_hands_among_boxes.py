@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from benchmarks._arm_boxes import boxes, free_poses, on_a_floor
-from benchmarks._arm_campaign import Tally, episode
+from benchmarks.arm.boxes import boxes, free_poses, on_a_floor
+from benchmarks.arm.campaign import Tally, episode
 
 
 def hands(scenes: int, steps: int) -> Tally:

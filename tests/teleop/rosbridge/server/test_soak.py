@@ -10,7 +10,7 @@ from typing import Any
 
 import pytest
 
-from benchmarks._crowd import come_and_go, crowded_server, open_files, publish
+from benchmarks.wire.crowd import come_and_go, crowded_server, open_files, publish
 from teleop.rosbridge.compat.standard_services import serve_standard
 from teleop.rosbridge.limits import ClientLimits
 from teleop.rosbridge.protocol.protocol import Protocol

@@ -1,0 +1,1 @@
+"""What is lost without each of the localiser's mechanisms."""

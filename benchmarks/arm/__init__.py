@@ -1,0 +1,1 @@
+"""The arm beside its peers: following hands, plans, clearance, what it costs."""

@@ -1,0 +1,1 @@
+"""Boxes in the arm's jaws: picked, carried and placed."""

@@ -1,0 +1,1 @@
+"""Attacks on a served robot, beside a driver and a second client."""

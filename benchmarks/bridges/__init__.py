@@ -1,0 +1,1 @@
+"""The rosbridge server beside others, and commands through Kafka."""

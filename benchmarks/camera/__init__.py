@@ -1,0 +1,1 @@
+"""Cameras and their video, from the renderer to a viewer."""

@@ -1,0 +1,1 @@
+"""Figures, the sheets that keep them, and how far a long benchmark is."""

@@ -1,1 +1,0 @@
-"""Figures of the documentation, drawn from the simulation."""

@@ -1,0 +1,1 @@
+"""The localiser beside its peers in simulated scenes, its files and its maps."""

@@ -1,0 +1,1 @@
+"""Localisation on real CARMEN logs beside other methods."""

@@ -1,0 +1,211 @@
+"""Figures of real logs for a sheet, and tables of them in Markdown."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from benchmarks.common.figures import OURS, Figure, digits, poisson, share
+from benchmarks.common.sheet import Sheet
+from benchmarks.real.hints import Start
+from benchmarks.real.kidnaps import Kidnap
+from benchmarks.real.scores import RealScore
+
+KIDNAPS, HINTS = "kidnaps, ", "starts, "
+"""How the names of parts begin that hold such trials; the others hold the scores of a drive."""
+SOON = 2.0
+"""A kidnap should be noticed within this time [s]."""
+_NO_SCORE = "-"
+
+NONE = "No figures are kept yet."
+"""What a page says in the place of a table without rows."""
+
+
+def of_score(case: str, method: str, s: RealScore, cpu_mean: float) -> Iterator[Figure]:
+    """Yield the figures of a replay; ``cpu_mean`` is the mean CPU time per scan [ms]."""
+    r, n = s.references, s.n
+    values: Sequence[tuple[str, float, str, int]] = (
+        ("scans", float(n), "", n),
+        ("error mean", s.mean, "m", r),
+        ("error p95", s.p95, "m", r),
+        ("error max", s.max, "m", r),
+        ("relations mean", s.relation, "m", s.relations),
+        ("relations std", s.relation_std, "m", s.relations),
+        ("wrong", 100.0 * s.wrong, "%", n),
+        ("trusted though wrong", 100.0 * s.trusted, "%", n),
+        ("tracking where right", 100.0 * s.tracking, "%", n),
+        ("NEES(3)", s.nees, "", r),
+        ("relations within 95 %", 100.0 * s.covered, "%", s.relations),
+        ("CPU mean", cpu_mean, "ms", n),
+        ("CPU p50", s.cpu[0], "ms", n),
+        ("CPU p99", s.cpu[1], "ms", n),
+        ("CPU max", s.cpu[2], "ms", n),
+    )
+    for quantity, value, unit, count in values:
+        figure = Figure(case, method, quantity, value, unit, count)
+        if quantity == "error p95":
+            figure = replace(figure, low=s.p95_bounds[0], high=s.p95_bounds[1])
+        yield figure
+
+
+def of_kidnaps(case: str, trials: Sequence[Kidnap]) -> Iterator[Figure]:
+    """Yield the figures of robots that were carried off."""
+    ready = [t for t in trials if not t.doubted]
+    n = len(ready)
+    yield Figure(case, OURS, "trials", float(len(trials)), "", len(trials))
+    yield share(case, OURS, "right and trusted before", n, len(trials))
+    yield share(case, OURS, "alarm within 2 s", sum(t.alarm <= SOON for t in ready), n)
+    alarms = [t.alarm for t in ready if math.isfinite(t.alarm)]
+    yield share(case, OURS, "alarm at all", len(alarms), n)
+    yield Figure(case, OURS, "alarm p50", _middle(alarms), "s", len(alarms))
+    yield Figure(case, OURS, "alarm max", max(alarms, default=math.nan), "s", len(alarms))
+    recovered = [t.recovery for t in ready if math.isfinite(t.recovery)]
+    yield share(case, OURS, "recovered", len(recovered), n)
+    yield Figure(case, OURS, "recovery p50", _middle(recovered), "s", len(recovered))
+    yield Figure(case, OURS, "recovery max", max(recovered, default=math.nan), "s", len(recovered))
+    searched = [t.search for t in trials if math.isfinite(t.search)]
+    yield share(case, OURS, "found by a fresh search", len(searched), len(trials))
+    yield Figure(case, OURS, "fresh search p50", _middle(searched), "s", len(searched))
+    yield Figure(case, OURS, "misled mean", _mean([t.misled for t in ready]), "s", n)
+    hours, events = sum(t.watched for t in trials) / 3600.0, sum(t.false_alarms for t in trials)
+    if hours > 0.0:
+        low, high = (bound / hours for bound in poisson(events))
+        rate = events / hours
+        yield Figure(case, OURS, "false alarms", rate, "per h", events, low, high)
+
+
+def of_hints(case: str, kind: str, starts: Sequence[Start]) -> Iterator[Figure]:
+    """Yield the figures of starts with one kind of hint."""
+    n = len(starts)
+    placed = [s.way for s in starts if s.placed]
+    yield share(case, kind, "placed", len(placed), n)
+    yield share(case, kind, "right when placed", sum(s.right_when_placed for s in starts), n)
+    yield share(case, kind, "right after 60 s", sum(s.right_at_end for s in starts), n)
+    yield Figure(case, kind, "way p50", _middle(placed), "m", len(placed))
+    yield Figure(case, kind, "way max", max(placed, default=math.nan), "m", len(placed))
+
+
+def _middle(values: Sequence[float]) -> float:
+    return float(np.median(values)) if values else math.nan
+
+
+def _mean(values: Sequence[float]) -> float:
+    return float(np.mean(values)) if values else math.nan
+
+
+def scores(sheet: Sheet) -> str:
+    """Return the table of drives: a row for each method on each log."""
+    lines = [
+        "| log | method | scans | error, mean / p95 (95 % interval) / max, m | relations, m | wrong | trusted though wrong"
+        " | tracking where right | NEES(3) | relations within 95 % | CPU per scan, mean; p50 / p99 / max, ms |",
+        "|" + "---|" * 11,
+    ]
+    for (case, method), f in _rows(sheet, "").items():
+        name = f"**{method}**" if method == OURS else method
+        relations = f"{_metres(f['relations mean'])} ± {_metres(f['relations std'])}"
+        percent = (
+            _percent(f[q]) for q in ("wrong", "trusted though wrong", "tracking where right")
+        )
+        cpu = f"{_ms(f['CPU mean'])}; " + " / ".join(
+            _ms(f[f"CPU {q}"]) for q in ("p50", "p99", "max")
+        )
+        cells = [
+            case,
+            name,
+            f"{f['scans'].value:.0f}",
+            " / ".join(
+                f"{_metres(f[f'error {q}'])}{_interval(f[f'error {q}'])}"
+                for q in ("mean", "p95", "max")
+            ),
+            relations if math.isfinite(f["relations mean"].value) else _NO_SCORE,
+            *percent,
+            digits(f["NEES(3)"].value),
+            _percent(f["relations within 95 %"]),
+            cpu if math.isfinite(f["CPU p50"].value) else f"{_ms(f['CPU mean'])}; -",
+        ]
+        lines.append(f"| {' | '.join(cells)} |")
+    return "\n".join(lines) if len(lines) > 2 else NONE
+
+
+def kidnaps(sheet: Sheet) -> str:
+    """Return the table of robots that were carried off: a row for each log."""
+    lines = [
+        "| log | n (of them right and trusted before) | alarm within 2 s | alarm, p50 / max, s | recovered"
+        " | recovery, p50 / max, s | found by a fresh search | fresh search, p50, s | trusted though wrong, mean, s"
+        " | false alarms per h |",
+        "|" + "---|" * 10,
+    ]
+    for (case, _), f in _rows(sheet, KIDNAPS).items():
+        cells = [
+            case,
+            f"{f['trials'].value:.0f} ({f['alarm within 2 s'].n})",
+            _bounded(f["alarm within 2 s"]),
+            f"{digits(f['alarm p50'].value)} / {digits(f['alarm max'].value)}",
+            _bounded(f["recovered"]),
+            f"{digits(f['recovery p50'].value)} / {digits(f['recovery max'].value)}",
+            _bounded(f["found by a fresh search"]),
+            digits(f["fresh search p50"].value),
+            digits(f["misled mean"].value),
+            replace(f["false alarms"], unit="").text if "false alarms" in f else _NO_SCORE,
+        ]
+        lines.append(f"| {' | '.join(cells)} |")
+    return "\n".join(lines) if len(lines) > 2 else NONE
+
+
+def hints(sheet: Sheet) -> str:
+    """Return the table of starts: a row for each kind of hint on each log."""
+    lines = [
+        "| log | hint off by | n | placed | right when placed | right after 60 s | way until placed, p50 / max, m |",
+        "|" + "---|" * 7,
+    ]
+    for (case, kind), f in _rows(sheet, HINTS).items():
+        n = f["placed"].n
+        counts = (
+            f"{round(f[q].value * n / 100.0)}"
+            for q in ("placed", "right when placed", "right after 60 s")
+        )
+        way = f"{digits(f['way p50'].value)} / {digits(f['way max'].value)}"
+        lines.append(f"| {' | '.join([case, kind, str(n), *counts, way])} |")
+    return "\n".join(lines) if len(lines) > 2 else NONE
+
+
+def markdown(sheet: Sheet) -> str:
+    """Return all tables that the sheet has figures for."""
+    tables = (scores(sheet), kidnaps(sheet), hints(sheet))
+    return "\n\n".join(t for t in tables if t != NONE) + "\n"
+
+
+def _rows(sheet: Sheet, kind: str) -> dict[tuple[str, str], dict[str, Figure]]:
+    """Return figures by case and method, then by quantity, of the parts of a kind."""
+    rows: dict[tuple[str, str], dict[str, Figure]] = {}
+    for name, figures in sheet.parts.items():
+        of = next((k for k in (KIDNAPS, HINTS) if name.startswith(k)), "")
+        for f in figures if of == kind else ():
+            rows.setdefault((f.case, f.method), {})[f.quantity] = f
+    return rows
+
+
+def _metres(figure: Figure) -> str:
+    value = figure.value
+    return f"{value:.3f}" if math.isfinite(value) else _NO_SCORE
+
+
+def _interval(figure: Figure) -> str:
+    if figure.low is None or figure.high is None or not math.isfinite(figure.low):
+        return ""
+    return f" ({figure.low:.3f}-{figure.high:.3f})"
+
+
+def _percent(figure: Figure) -> str:
+    return f"{digits(figure.value)} %" if math.isfinite(figure.value) else _NO_SCORE
+
+
+def _ms(figure: Figure) -> str:
+    return f"{figure.value:.1f}" if math.isfinite(figure.value) else _NO_SCORE
+
+
+def _bounded(figure: Figure) -> str:
+    return figure.text if figure.n or figure.unit != "%" else _NO_SCORE

@@ -1,0 +1,1 @@
+"""Drives that are recorded once and replayed to any method."""

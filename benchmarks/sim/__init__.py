@@ -1,0 +1,1 @@
+"""Speed of the simulation, and of whole tours."""

@@ -1,0 +1,1 @@
+"""From a client to the wheels over the wire: delay, watchdog, soak."""
