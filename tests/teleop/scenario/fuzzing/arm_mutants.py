@@ -74,7 +74,7 @@ def arm_jerk_unbounded() -> None:
 
     def begin(self: JerkLimiter, table: Any, tick: float) -> None:
         original(self, table, tick)
-        self._input.max_jerk = [1e5] * len(table.joints)
+        self._ruckig.given.max_jerk = [1e5] * len(table.joints)
 
     _patch(JerkLimiter, "__init__", begin)
 
