@@ -5,10 +5,7 @@ from __future__ import annotations
 import asyncio
 import selectors
 from collections.abc import Callable
-from typing import Any, Final
-
-_BLOCKED: Final = 100e-6
-"""A poll that took this long [s] found nothing at first, so what it found came just now."""
+from typing import Any
 
 
 class DatedEventLoop(asyncio.SelectorEventLoop):
@@ -38,11 +35,14 @@ class _DatedSelector(selectors.BaseSelector):
         self._polled = self.arrived = clock()
 
     def select(self, timeout: float | None = None) -> list[tuple[selectors.SelectorKey, int]]:
+        # What is there at once may have come since the last poll. Only what a wait begun after
+        # an empty poll brings came just now; how long a poll took says nothing on a busy machine.
         begun = self._clock()
-        events = self._selector.select(timeout)
-        ended = self._clock()
-        self.arrived = ended if ended - begun > _BLOCKED else self._polled
-        self._polled = ended
+        events = self._selector.select(0)
+        self.arrived, self._polled = self._polled, begun
+        if not events and timeout != 0:
+            events = self._selector.select(timeout)
+            self.arrived = self._polled = self._clock()
         return events
 
     def register(self, fileobj: Any, events: int, data: Any = None) -> selectors.SelectorKey:

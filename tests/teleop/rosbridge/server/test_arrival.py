@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import asyncio
+import contextlib
 import json
+import selectors
+import socket
 import time
 from typing import Any
 
 from teleop.rosbridge import DatedEventLoop, Server
-from teleop.rosbridge.server.dated_loop import arrival_now
+from teleop.rosbridge.server.dated_loop import _DatedSelector, arrival_now
 from tests.teleop.rosbridge.server.test_server import client, in_a_loop, serving, until
 
 SECOND = 1_000_000_000
@@ -44,6 +47,25 @@ def test_frames_that_wait_for_a_late_loop_are_dated_before_it_was_late() -> None
 
     with asyncio.Runner(loop_factory=DatedEventLoop) as runner:
         runner.run(run())
+
+
+def test_slow_poll_on_a_busy_machine_makes_what_waited_no_younger() -> None:
+    now = [5.0]
+
+    class SlowPoll(selectors.SelectSelector):
+        def select(self, timeout: float | None = None) -> Any:
+            found = super().select(timeout)
+            now[0] += 0.02  # the process was not scheduled between its two looks at the clock
+            return found
+
+    ours, theirs = socket.socketpair()
+    with ours, theirs, contextlib.closing(_DatedSelector(SlowPoll(), lambda: now[0])) as polls:
+        polls.register(ours, selectors.EVENT_READ)
+        assert polls.select(0) == []
+        theirs.send(b"x")
+        now[0] += 0.3  # the loop is late
+        assert polls.select(None)
+        assert polls.arrived == 5.0
 
 
 def test_frames_that_come_to_an_idle_loop_are_dated_as_they_come() -> None:
