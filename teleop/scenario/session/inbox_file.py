@@ -1,45 +1,34 @@
-"""What clients wanted of the robot, tick by tick, as lines of JSON: enough to repeat a run to the bit."""
+"""What clients wanted of the robot, tick by tick, as lines of JSON: enough to repeat a run to the bit.
+
+A message is an object of its fields, beside the name of its class, ``kind``; so is each value in it that is no number,
+text or list.
+"""
 
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import fields
+from functools import cache
 from pathlib import Path
-from typing import Any, Final, TextIO
+from typing import Any, Final, TextIO, get_args, get_type_hints
 
+import msgspec
 import numpy as np
 
 from localization.geometry import FloatArray
 from localization.types import Hint, Pose, Twist
 from teleop.errors import TeleopError
 from teleop.joystick import VelocityRequest
-from teleop.robot import inbox
-from teleop.robot.inbox import ArmWish, InboxMessage
-from teleop.scenario.session.arm_wish_file import plain_wish, read_wish
+from teleop.robot.arm.arm_commands import Wish
+from teleop.robot.inbox import InboxMessage
 
-_KINDS: Final[Mapping[str, type[Any]]] = {
-    kind.__name__: kind
-    for kind in (
-        inbox.DriveCommand,
-        inbox.PoseHint,
-        inbox.TakeOver,
-        inbox.Ask,
-        inbox.Give,
-        inbox.Refuse,
-        inbox.EStop,
-        inbox.EStopReset,
-        inbox.Undo,
-        inbox.Relocalize,
-        inbox.Disconnected,
-        inbox.StepGoal,
-        inbox.StepCancel,
-        inbox.StepAlive,
-        inbox.StepAnswered,
-        inbox.ArmWish,
-    )
+_WISHES: Final = [kind for part in get_args(Wish) for kind in (get_args(part) or (part,))]
+_PARTS: Final = (VelocityRequest, Twist, Hint, Pose)
+_KINDS: Final[Mapping[str, Any]] = {
+    kind.__name__: kind for kind in (*get_args(InboxMessage), *_WISHES, *_PARTS)
 }
-"""All kinds of messages, by name."""
+"""Classes of all messages and of what they hold, by name."""
 
 
 class InboxFileError(TeleopError):
@@ -60,14 +49,22 @@ class InboxWriter:
             messages: Its messages, in order.
         """
         if messages:
-            line = {"tick": number, "messages": [_plain(message) for message in messages]}
-            self._file.write(json.dumps(line, separators=(",", ":")) + "\n")
+            line = {"tick": number, "messages": messages}
+            self._file.write(json.dumps(line, separators=(",", ":"), default=_plain) + "\n")
             # What has been recorded is on the disk, whatever happens to the process.
             self._file.flush()
 
     def close(self) -> None:
         """Close the file."""
         self._file.close()
+
+
+def _plain(value: Any) -> Any:
+    """Return a value that JSON does not know as one that it does."""
+    if isinstance(value, np.ndarray):
+        return value.tolist()
+    kind: Any = type(value)
+    return {"kind": kind.__name__} | {name: getattr(value, name) for name in _types(kind)}
 
 
 def read_inboxes(path: Path) -> dict[int, list[InboxMessage]]:
@@ -94,82 +91,39 @@ def _tick(line: Any) -> tuple[int, list[InboxMessage]]:
     """Return number and messages of a tick; raise ValueError for anything else."""
     match line:
         case {"tick": int(tick), "messages": [*messages], **more} if not more:
-            return tick, [_message(each) for each in messages]
+            return tick, [_value("a message", InboxMessage, each) for each in messages]
     raise ValueError("not the messages of a tick")
 
 
-def _plain(message: InboxMessage) -> dict[str, Any]:
-    values: dict[str, Any] = {"kind": type(message).__name__}
-    for field in fields(message):
-        value = getattr(message, field.name)
-        if isinstance(value, VelocityRequest):
-            value = {
-                "linear": value.twist.linear.tolist(),
-                "angular": value.twist.angular.tolist(),
-                "enabled": value.enabled,
-            }
-        elif isinstance(value, Hint):
-            value = {
-                "stamp": value.stamp,
-                "position": value.map_from_base.position.tolist(),
-                "quaternion_wxyz": value.map_from_base.quaternion_wxyz.tolist(),
-                "covariance": value.covariance.ravel().tolist(),
-            }
-        elif isinstance(message, ArmWish) and field.name == "wish":
-            value = plain_wish(value)
-        values[field.name] = value
-    return values
+def _value(name: str, wanted: Any, value: Any) -> Any:
+    """Return the value of a type; raise ValueError if it is of another."""
+    try:
+        if wanted == FloatArray:
+            return np.array(msgspec.convert(value, list[float | list[float]]), dtype=float)
+        if not isinstance(value, dict):
+            return msgspec.convert(value, wanted)
+    except msgspec.ValidationError as error:
+        raise ValueError(f"{name}: {error}") from None
+    except TypeError:  # one of several classes is wanted
+        raise ValueError(f"{name} must be an object, got {value!r:.40}") from None
+    if not isinstance(read := _object(value), wanted):
+        raise ValueError(f"{name} is not a {type(read).__name__}")
+    return read
 
 
-def _message(values: Any) -> InboxMessage:
-    kind = _KINDS.get(str(values.pop("kind", ""))) if isinstance(values, dict) else None
+def _object(values: dict[str, Any]) -> object:
+    """Return the object of a class that ``_plain`` made these values of."""
+    kind = _KINDS.get(str(values.pop("kind", "")))
     if kind is None:
-        raise ValueError("a message of no known kind")
-    types = {field.name: str(field.type) for field in fields(kind)}
+        raise ValueError("an object of no known kind")
+    types = _types(kind)
     if wrong := types.keys() ^ values.keys():
         raise ValueError(f"{kind.__name__} has no or unknown fields: {', '.join(sorted(wrong))}")
-    read = {name: _value(name, types[name], value) for name, value in values.items()}
-    message: InboxMessage = kind(**read)
-    return message
+    return kind(**{name: _value(name, types[name], value) for name, value in values.items()})
 
 
-def _value(name: str, wanted: str, value: Any) -> object:
-    if reader := _READERS.get(wanted):
-        return reader(value)
-    if ("None" if value is None else type(value).__name__) not in wanted.split(" | "):
-        raise ValueError(f"{name} must be {wanted}, got {value!r:.40}")
-    return value
-
-
-def _request(values: Any) -> VelocityRequest:
-    match values:
-        case {"linear": [*linear], "angular": [*angular], "enabled": bool(enabled)}:
-            return VelocityRequest(Twist(_numbers(linear), _numbers(angular)), enabled)
-    raise ValueError("not a request")
-
-
-def _hint(values: Any) -> Hint:
-    match values:
-        case {
-            "stamp": int(stamp),
-            "position": [*position],
-            "quaternion_wxyz": [*quaternion],
-            "covariance": [*covariance],
-        }:
-            pose = Pose(_numbers(position), _numbers(quaternion))
-            return Hint(stamp, pose, _numbers(covariance).reshape(6, 6))
-    raise ValueError("not a hint")
-
-
-def _numbers(values: list[Any]) -> FloatArray:
-    if not all(isinstance(value, int | float) for value in values):
-        raise ValueError("a number is missing")
-    return np.array(values, dtype=float)
-
-
-_READERS: Final[Mapping[str, Callable[[Any], object]]] = {
-    "VelocityRequest": _request,
-    "Hint": _hint,
-    "Wish": read_wish,
-}
-"""Reads the fields that are not plain, by their type."""
+@cache
+def _types(kind: Any) -> Mapping[str, Any]:
+    """Return the types of a class's fields by name, but for those that follow from others."""
+    types = get_type_hints(kind)
+    return {field.name: types[field.name] for field in fields(kind) if field.init}

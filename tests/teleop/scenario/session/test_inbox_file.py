@@ -15,7 +15,7 @@ from hypothesis import given, settings, strategies as st
 from localization.types import Hint, Pose, Twist
 from teleop.joystick import VelocityRequest
 from teleop.robot.arm.arm_commands import Wish
-from teleop.robot.inbox import DriveCommand, EStop, InboxMessage, PoseHint, TakeOver
+from teleop.robot.inbox import ArmWish, DriveCommand, EStop, InboxMessage, PoseHint, TakeOver
 from teleop.scenario.session.inbox_file import InboxFileError, InboxWriter, read_inboxes
 
 NUMBERS = st.floats(allow_nan=False, allow_infinity=False)
@@ -146,26 +146,32 @@ def test_line_is_on_the_disk_before_the_file_is_closed(tmp_path: Path) -> None:
 
 
 GOOD = '{"tick":0,"messages":[{"kind":"TakeOver","client":"ann"}]}\n'
+TWIST = {"kind": "Twist", "linear": [0.1, 0, 0], "angular": [0, 0, 0]}
 DRIVE = {
     "kind": "DriveCommand",
     "client": "ann",
-    "request": {"linear": [0.1, 0, 0], "angular": [0, 0, 0], "enabled": True},
+    "request": {"kind": "VelocityRequest", "twist": TWIST, "enabled": True},
     "stamp": 0,
     "arrival": None,
     "age": 0,
     "stream": False,
     "rested": False,
 }
-HINT = {
-    "kind": "PoseHint",
+POSE = {"kind": "Pose", "position": [0, 0, 0], "quaternion_wxyz": [1, 0, 0, 0]}
+HINT = {"kind": "Hint", "stamp": 0, "map_from_base": POSE, "covariance": [[0] * 6] * 6}
+HINTED = {"kind": "PoseHint", "client": "ann", "hint": HINT}
+WISH = {
+    "kind": "ArmWish",
     "client": "ann",
-    "hint": {
-        "stamp": 0,
-        "position": [0, 0, 0],
-        "quaternion_wxyz": [1, 0, 0, 0],
-        "covariance": [0] * 36,
-    },
+    "wish": {"kind": "Cancel", "number": 1},
+    "arrival": None,
+    "age": 0,
+    "rested": False,
 }
+
+
+def driving(**twist: object) -> dict[str, object]:
+    return {**DRIVE, "request": {**DRIVE["request"], "twist": {**TWIST, **twist}}}  # type: ignore[dict-item]
 
 
 def line(*inbox: object, tick: object = 1) -> bytes:
@@ -198,12 +204,23 @@ DAMAGED: dict[str, bytes] = {
     "stamp that is true": line({**DRIVE, "stamp": True}),
     "flag of a number": line({**DRIVE, "stream": 1}),
     "request of nothing": line({**DRIVE, "request": None}),
-    "short vector": line({**DRIVE, "request": {**DRIVE["request"], "linear": [0.1]}}),  # type: ignore[dict-item]
-    "vector of texts": line({**DRIVE, "request": {**DRIVE["request"], "linear": ["a"] * 3}}),  # type: ignore[dict-item]
-    "vector too large": line({**DRIVE, "request": {**DRIVE["request"], "linear": [10**400] * 3}}),  # type: ignore[dict-item]
-    "short covariance": line({**HINT, "hint": {**HINT["hint"], "covariance": [0] * 35}}),  # type: ignore[dict-item]
-    "no quaternion": line({**HINT, "hint": {**HINT["hint"], "quaternion_wxyz": [0] * 4}}),  # type: ignore[dict-item]
-    "hint of nothing": line({**HINT, "hint": {}}),
+    "short vector": line(driving(linear=[0.1])),
+    "vector of texts": line(driving(linear=["a"] * 3)),
+    "vector of vectors of two lengths": line(driving(linear=[[1.0], [1.0, 2.0], [1.0]])),
+    "vector too large": line(driving(linear=[10**400] * 3)),
+    "vector that is a pose": line(driving(linear=POSE)),
+    "request that is a twist": line({**DRIVE, "request": TWIST}),
+    "message that is a pose": line(POSE),
+    "short covariance": line({**HINTED, "hint": {**HINT, "covariance": [[0] * 6] * 5}}),
+    "no quaternion": line(
+        {**HINTED, "hint": {**HINT, "map_from_base": {**POSE, "quaternion_wxyz": [0] * 4}}}
+    ),
+    "wish of nothing": line({**WISH, "wish": None}),
+    "wish of no kind": line({**WISH, "wish": {"number": 1}}),
+    "wish that is a message": line({**WISH, "wish": {"kind": "TakeOver", "client": "ann"}}),
+    "wish without a number": line({**WISH, "wish": {"kind": "Cancel"}}),
+    "short motion": line({**WISH, "wish": {"kind": "JointJog", "rates": [0.0] * 4}}),
+    "hint of nothing": line({**HINTED, "hint": {}}),
     "tick of a text": line(tick="1"),
     "tick again": line(tick=0),
     "tick before the first": line(tick=-1),
@@ -226,6 +243,6 @@ def test_damaged_file_is_refused_with_its_line(tmp_path: Path, damage: str) -> N
 
 def test_undamaged_lines_of_these_tests_are_read(tmp_path: Path) -> None:
     path = tmp_path / "inbox.jsonl"
-    path.write_bytes(GOOD.encode() + line(DRIVE, HINT))
+    path.write_bytes(GOOD.encode() + line(DRIVE, HINTED, WISH))
     inbox = read_inboxes(path)[1]
-    assert [type(message) for message in inbox] == [DriveCommand, PoseHint]
+    assert [type(message) for message in inbox] == [DriveCommand, PoseHint, ArmWish]
