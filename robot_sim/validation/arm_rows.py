@@ -76,8 +76,12 @@ def models() -> Iterator[Row]:
     tip, shoulder = arm.tip(np.array(UPRIGHT)), arm.data.body(table.links[2].name)
     reach = 100.0 * float(np.linalg.norm(tip[:3, 3] - shoulder.xpos))
     mass = 1000.0 * float(arm.model.body(table.links[0].name).subtreemass[0])
-    yield _equal(group, "reach from the shoulder", 41.19, reach, 0.001, "cm", f"{_PAPER} table 2")
-    yield _equal(group, "mass", 479.0, mass, 0.001, "g", f"{_PAPER} tables 2 and 3")
+    source = f"{_PAPER} table 2"
+    yield Row(
+        group, "reach from the shoulder", 41.19, 0.001, reach, unit="cm", source=source, digits=2
+    )
+    source = f"{_PAPER} tables 2 and 3"
+    yield Row(group, "mass", 479.0, 0.001, mass, unit="g", source=source, digits=2)
     draw = np.random.default_rng(0)
     poses = draw.uniform(table.lower, table.upper, (POSES, 5))
     motions = np.stack(
@@ -85,9 +89,11 @@ def models() -> Iterator[Row]:
     )
     name = f"tips of matrices, simulation and URDF apart, the worst of {POSES} poses"
     source = "one table of numbers"
-    yield _equal(group, name, 0.0, 1e12 * tips_apart(table, poses), 1.0, "pm", source, 1)
+    apart = 1e12 * tips_apart(table, poses)
+    yield Row(group, name, 0.0, 1.0, apart, unit="pm", source=source, digits=1)
     name = f"torques of simulation and URDF apart, the worst of {MOTIONS} motions"
-    yield _equal(group, name, 0.0, 1e12 * torques_apart(table, motions), 1.0, "pN m", source, 1)
+    apart = 1e12 * torques_apart(table, motions)
+    yield Row(group, name, 0.0, 1.0, apart, unit="pN m", source=source, digits=1)
 
 
 def turning() -> Iterator[Row]:
@@ -143,25 +149,3 @@ def _centre(robot: SkidSteer, carriage: Carriage | None) -> FloatArray:
     mass, centre = statics.centre_of_mass(angles, payload=carriage.payload)
     both: FloatArray = (robot.mass * own + mass * mount.apply(centre)) / (robot.mass + mass)
     return both
-
-
-def _equal(
-    group: str,
-    name: str,
-    target: float,
-    value: float,
-    tolerance: float,
-    unit: str,
-    source: str,
-    digits: int = 2,
-) -> Row:
-    return Row(
-        group=group,
-        name=name,
-        target=target,
-        tolerance=tolerance,
-        value=value,
-        unit=unit,
-        source=source,
-        digits=digits,
-    )

@@ -27,21 +27,13 @@ def straight() -> Iterator[Row]:
     run = DriveBench(robot).run(ramped(rate, rate, 30.0, ramp=1.0))
     aside = 1e3 * float(np.abs(run.positions[:, 1]).max())
     turned = math.degrees(float(np.abs(run.yaws).max()))
+    yield Row(group, "sideways in 30 s at 0.7 m/s", 0.0, 1.0, aside, unit="mm", source="symmetry")
     yield Row(
-        group=group,
-        name="sideways in 30 s at 0.7 m/s",
-        target=0.0,
-        tolerance=1.0,
-        value=aside,
-        unit="mm",
-        source="symmetry",
-    )
-    yield Row(
-        group=group,
-        name="turned in 30 s at 0.7 m/s",
-        target=0.0,
-        tolerance=0.01,
-        value=turned,
+        group,
+        "turned in 30 s at 0.7 m/s",
+        0.0,
+        0.01,
+        turned,
         unit="deg",
         source="symmetry",
         digits=4,
@@ -50,20 +42,20 @@ def straight() -> Iterator[Row]:
     rolled = float(settled.positions[-1, 0] - settled.positions[0, 0])
     angle = float((settled.wheel_angles[-1] - settled.wheel_angles[0]).mean())
     yield Row(
-        group=group,
-        name="rolled over wheel angle x unloaded radius",
-        target=0.9975,
-        tolerance=0.0025,
-        value=rolled / (angle * robot.wheel_radius),
+        group,
+        "rolled over wheel angle x unloaded radius",
+        0.9975,
+        0.0025,
+        rolled / (angle * robot.wheel_radius),
         source="0.995 to 1.000: the tyre is compressed by a millimetre",
         digits=4,
     )
     yield Row(
-        group=group,
-        name="rolled over encoder distance",
-        target=1.0,
-        tolerance=0.0005,
-        value=rolled / (angle * robot.rolling_radius),
+        group,
+        "rolled over encoder distance",
+        1.0,
+        0.0005,
+        rolled / (angle * robot.rolling_radius),
         source="the firmware uses the loaded radius",
         digits=5,
     )
@@ -82,13 +74,7 @@ def slopes() -> Iterator[Row]:
         speed = 1e3 * float(np.hypot(*moved)) / float(run.times[-1] - run.times[0])
         source = "regularised friction always creeps; limit chosen"
         yield Row(
-            group="Slopes",
-            name=f"creep, wheels held, {name}",
-            target=0.0,
-            tolerance=1.0,
-            value=speed,
-            unit="mm/s",
-            source=source,
+            "Slopes", f"creep, wheels held, {name}", 0.0, 1.0, speed, unit="mm/s", source=source
         )
 
 
@@ -109,21 +95,21 @@ def _response(robot: SkidSteer, name: str, left: float, right: float, column: in
     over = 100.0 * max(0.0, float(values.max()) / final - 1.0)
     ripple = 100.0 * float(np.ptp(late)) / final
     yield Row(
-        group="Steps",
-        name=f"{name}, overshoot",
-        target=0.0,
-        tolerance=1.0,
-        value=over,
+        "Steps",
+        f"{name}, overshoot",
+        0.0,
+        1.0,
+        over,
         unit="%",
         source="target 0, limit chosen",
         digits=2,
     )
     yield Row(
-        group="Steps",
-        name=f"{name}, ripple after 1.5 s",
-        target=0.0,
-        tolerance=1.0,
-        value=ripple,
+        "Steps",
+        f"{name}, ripple after 1.5 s",
+        0.0,
+        1.0,
+        ripple,
         unit="%",
         source="limit chosen",
         digits=4,

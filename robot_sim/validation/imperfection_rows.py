@@ -50,16 +50,14 @@ def dead_band() -> Iterator[Row]:
     for share, expected in ((0.25, 0.0), (0.5, 0.0), (2.0, 0.5), (4.0, 0.75)):
         value = _obeyed(robot, share * threshold)
         name = f"yaw rate over commanded in place, at {share:g} of the dead band"
-        yield Row(
-            group=_GROUP, name=name, target=expected, tolerance=0.05, value=value, source=source
-        )
+        yield Row(_GROUP, name, expected, 0.05, value, source=source)
     value = _obeyed(replace(robot, imperfections=Imperfections()), 0.5 * threshold)
     yield Row(
-        group=_GROUP,
-        name="the same at 0.5, without imperfections",
-        target=1.0,
-        tolerance=0.05,
-        value=value,
+        _GROUP,
+        "the same at 0.5, without imperfections",
+        1.0,
+        0.05,
+        value,
         source="integral control",
     )
 

@@ -33,15 +33,7 @@ def replay() -> Iterator[Row]:
         for name in first.__dataclass_fields__
     )
     name = "numbers that differ in 2 s replayed from a snapshot"
-    yield Row(
-        group="Trust",
-        name=name,
-        target=0,
-        tolerance=0,
-        value=different,
-        source="bit for bit",
-        digits=0,
-    )
+    yield Row("Trust", name, 0, 0, different, source="bit for bit", digits=0)
 
 
 def chatter() -> Iterator[Row]:
@@ -60,18 +52,10 @@ def chatter() -> Iterator[Row]:
         ratios.append(chi(robot, run))
     source = "stiffer contact parameters locked 4 of 36"
     name = f"starts of {STARTS} that end in torque chatter, wheels at 0.5 rad/s"
-    yield Row(
-        group="Trust", name=name, target=0, tolerance=0, value=locked, source=source, digits=0
-    )
+    yield Row("Trust", name, 0, 0, locked, source=source, digits=0)
     name = f"spread of chi over these {STARTS} starts"
     yield Row(
-        group="Trust",
-        name=name,
-        target=0.0,
-        tolerance=0.01,
-        value=float(np.ptp(ratios)),
-        source="one value, limit chosen",
-        digits=4,
+        "Trust", name, 0.0, 0.01, float(np.ptp(ratios)), source="one value, limit chosen", digits=4
     )
 
 
@@ -83,32 +67,19 @@ def control() -> Iterator[Row]:
     run = bench.run(ramped(-2.0, 2.0, 4.0), fine=True).after(1.0)
     group, source = "Control: the same rig with MuJoCo's default contacts", "must miss"
     yield Row(
-        group=group,
-        name="chi",
-        target=robot.chi,
-        tolerance=0.03 * robot.chi,
-        value=chi(robot, run),
-        source=source,
-        control=True,
+        group, "chi", robot.chi, 0.03 * robot.chi, chi(robot, run), source=source, control=True
     )
     down = int(run.tyres_down.sum(axis=1).min())
     yield Row(
-        group=group,
-        name="wheels down, fewest in any step",
-        target=4,
-        tolerance=0,
-        value=down,
-        source=source,
-        digits=0,
-        control=True,
+        group, "wheels down, fewest in any step", 4, 0, down, source=source, digits=0, control=True
     )
     shake = float(run.accelerations.std(axis=0).max())
     yield Row(
-        group=group,
-        name="accelerometer std",
-        target=0.0,
-        tolerance=0.05,
-        value=shake,
+        group,
+        "accelerometer std",
+        0.0,
+        0.05,
+        shake,
         unit="m/s²",
         source=source,
         digits=2,

@@ -74,16 +74,6 @@ def page_with_tables(page: str, rows: Sequence[Row]) -> str:
     return _replaced(_replaced(page, "validation", markdown_table(rows)), "surfaces", surfaces())
 
 
-def text_between(page: str, name: str) -> str:
-    """Return the text between ``<!-- name begin -->`` and ``<!-- name end -->``.
-
-    Raises:
-        PageError: the markers are not there once each, in this order.
-    """
-    start, end = _marks(page, name)
-    return page[start:end].strip("\n") + "\n"
-
-
 def write_report(path: Path, rows: Sequence[Row]) -> None:
     """Replace both tables of a page in its file.
 

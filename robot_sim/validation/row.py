@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import KW_ONLY, dataclass
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@dataclass(frozen=True, slots=True)
 class Row:
     """A quantity, its target and the largest deviation allowed."""
 
@@ -20,6 +20,7 @@ class Row:
     """Largest deviation from the target, in ``unit``, >= 0; infinite for a row that is only reported."""
     value: float
     """The value that the simulation gives, in ``unit``."""
+    _: KW_ONLY
     unit: str = ""
     """The unit; empty for a ratio or a count."""
     source: str
@@ -101,11 +102,11 @@ def within(
 ) -> Row:
     """Return a row whose value must be within ``share`` of the target."""
     return Row(
-        group=group,
-        name=name,
-        target=target,
-        tolerance=share * abs(target),
-        value=value,
+        group,
+        name,
+        target,
+        share * abs(target),
+        value,
         unit=unit,
         source=source,
         digits=digits,
@@ -125,13 +126,4 @@ def reported(
     digits: int = 3,
 ) -> Row:
     """Return a row without a tolerance: a value is printed beside one that it need not meet."""
-    return Row(
-        group=group,
-        name=name,
-        target=target,
-        tolerance=math.inf,
-        value=value,
-        unit=unit,
-        source=source,
-        digits=digits,
-    )
+    return Row(group, name, target, math.inf, value, unit=unit, source=source, digits=digits)

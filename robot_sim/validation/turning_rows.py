@@ -223,53 +223,30 @@ def steadiness() -> Iterator[Row]:
     run = DriveBench(P3AT()).run(ramped(-2.0, 2.0, 12.0), fine=True)
     walked = float(np.hypot(*run.positions[:, :2].T).max())
     yield Row(
-        group=group,
-        name="position drift in 12 s",
-        target=0.0,
-        tolerance=10.0,
-        value=1e3 * walked,
-        unit="mm",
-        source="target chosen",
+        group, "position drift in 12 s", 0.0, 10.0, 1e3 * walked, unit="mm", source="target chosen"
     )
     settled = run.after(1.0)
     turn = settled.twists[:, 2]
     turns = (settled.yaws[-1] - settled.yaws[0]) / (2.0 * math.pi)
     ripple = 100.0 * float(np.ptp(turn) / turn.mean())
     name = f"yaw-rate ripple, peak to peak, {turns:.1f} turns"
-    yield Row(
-        group=group,
-        name=name,
-        target=0.0,
-        tolerance=1.0,
-        value=ripple,
-        unit="%",
-        source="pyramidal cones fail this",
-        digits=4,
-    )
+    yield Row(group, name, 0.0, 1.0, ripple, unit="%", source="pyramidal cones fail this", digits=4)
     for rate, part in ((2.0, settled), (6.0, _fast())):
         shake = float(part.accelerations.std(axis=0).max())
         name = f"accelerometer std, wheels at {rate:g} rad/s, every step"
         yield Row(
-            group=group,
-            name=name,
-            target=0.0,
-            tolerance=0.05,
-            value=shake,
+            group,
+            name,
+            0.0,
+            0.05,
+            shake,
             unit="m/s²",
             source="MuJoCo's default contacts: 7.7",
             digits=4,
         )
         down = int(part.tyres_down.sum(axis=1).min())
         name = f"wheels down, fewest in any step, at {rate:g} rad/s"
-        yield Row(
-            group=group,
-            name=name,
-            target=4,
-            tolerance=0,
-            value=down,
-            source="MuJoCo's default contacts: 0",
-            digits=0,
-        )
+        yield Row(group, name, 4, 0, down, source="MuJoCo's default contacts: 0", digits=0)
 
 
 def _fast() -> Run:

@@ -21,7 +21,6 @@ from robot_sim.validation.report import (
     page_with_tables,
     plain,
     surfaces,
-    text_between,
     verdict,
 )
 from robot_sim.validation.row import reported, within
@@ -54,6 +53,14 @@ def grid(text: str) -> list[list[str]]:
     return [[cell.strip() for cell in line.strip("|").split("|")] for line in lines]
 
 
+def marked(name: str) -> str:
+    """The part of the page between the comments of a name."""
+    _, _, after = PAGE.read_text(encoding="utf-8").partition(f"<!-- {name} begin -->")
+    text, end, _ = after.partition(f"<!-- {name} end -->")
+    assert end
+    return text
+
+
 def number(cell: str) -> tuple[float, float, str]:
     """A cell's number, the step of its last digit, and its unit."""
     text, _, unit = cell.partition(" ")
@@ -63,7 +70,7 @@ def number(cell: str) -> tuple[float, float, str]:
 @pytest.mark.slow
 def test_page_shows_the_values_of_a_fresh_run() -> None:
     fresh = grid(markdown_table([row for part in PARTS for row in measured(part)]))
-    page = grid(text_between(PAGE.read_text(encoding="utf-8"), "validation"))
+    page = grid(marked("validation"))
     again = "run farsteer validate --write docs/sheets/robot.md"
     assert len(page) == len(fresh), again
     for there, here in zip(page, fresh, strict=True):
@@ -77,7 +84,7 @@ def test_page_shows_the_values_of_a_fresh_run() -> None:
 
 
 def test_page_lists_the_surfaces() -> None:
-    assert grid(text_between(PAGE.read_text(encoding="utf-8"), "surfaces")) == grid(surfaces())
+    assert grid(marked("surfaces")) == grid(surfaces())
 
 
 def test_command_prints_rows_and_writes_the_page(
