@@ -65,6 +65,11 @@ class ClearanceGrid:
         points: FloatArray = np.stack([column, row], axis=1) * self.spacing + np.array(self.corner)
         return points
 
+    def point(self, node: int) -> Waypoint:
+        """Return the position of one node [m]."""
+        x, y = self.points(np.array([node]))[0]
+        return float(x), float(y)
+
     def node(self, point: Waypoint) -> int:
         """Return the node nearest to a point."""
         rows, columns = self.clearance.shape

@@ -122,7 +122,7 @@ def _farthest_reaching(floor: FloorSpace, drive: _Drive, robot: SkidSteer) -> _D
             break
         spot = floor.nodes.node((missed.x, missed.y))
         if floor.nodes.clearance.flat[spot] >= turning_clearance(robot):
-            other = _surveyed(floor, _point(floor.nodes, spot), robot)
+            other = _surveyed(floor, floor.nodes.point(spot), robot)
             best = max(best, other, key=lambda d: d.reach.share)
     return best
 
@@ -158,7 +158,7 @@ def _start(
             f" has them within {max(roomiest, 0.0):.2f} m"
         )
     if spawn is None:
-        return _point(floor.nodes, int(np.argmax(floor.nodes.clearance)))
+        return floor.nodes.point(int(np.argmax(floor.nodes.clearance)))
     x, y = grid.in_grid(np.array([spawn.x, spawn.y]))
     start = (float(x), float(y))
     where = f"the spawn at x {spawn.x:.2f}, y {spawn.y:.2f}"
@@ -232,14 +232,9 @@ def _walls(grid: OccupancyMap, height: float) -> Iterator[Wall]:
         )
 
 
-def _point(space: ClearanceGrid, node: int) -> Waypoint:
-    x, y = space.points(np.array([node]))[0]
-    return float(x), float(y)
-
-
 def _clearance(space: ClearanceGrid, point: Waypoint) -> float:
     """Return the clearance at the node nearest to a point; -inf beyond the grid."""
-    x, y = space.points(np.array([space.node(point)]))[0]
+    x, y = space.point(space.node(point))
     if max(abs(x - point[0]), abs(y - point[1])) > space.spacing:
         return -math.inf
     return float(space.clearance.flat[space.node(point)])

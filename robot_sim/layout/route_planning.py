@@ -140,13 +140,9 @@ class RoutePlanner:
     def _passages(self, open_: BoolArray) -> csr_array:
         """Return the costs of straight legs through passages that are too narrow to turn in."""
         legs = narrow_legs(self.space, open_, self._fine, self._straight)
+        at = self.space.points
         costs = [
-            float(
-                self._leg_costs(
-                    self.space.points(np.array([a])), self.space.points(np.array([b]))[0]
-                )[0]
-            )
-            for a, b in legs
+            float(self._leg_costs(at(np.array([a])), at(np.array([b]))[0])[0]) for a, b in legs
         ]
         kept = [(a, b, cost) for (a, b), cost in zip(legs, costs, strict=True) if np.isfinite(cost)]
         tail, head, cost = (np.array(v) for v in zip(*kept, strict=True)) if kept else ([], [], [])

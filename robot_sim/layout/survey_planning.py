@@ -11,7 +11,6 @@ from scipy.ndimage import label, maximum_position
 
 from robot_sim.array_types import BoolArray
 from robot_sim.floorplan.plan import Waypoint
-from robot_sim.layout.clearance_grid import ClearanceGrid
 from robot_sim.layout.floor_space import FloorSpace
 from robot_sim.layout.route_planning import MARGIN, TOUR_LIMIT, RoutePlanner, length
 from robot_sim.layout.survey_reach import near_route
@@ -94,11 +93,6 @@ def plan_routes(floor: FloorSpace, start: Waypoint, robot: SkidSteer) -> Routes:
     return Routes(tuple(spots), tour, survey)
 
 
-def _point(space: ClearanceGrid, node: int) -> Waypoint:
-    x, y = space.points(np.array([node]))[0]
-    return float(x), float(y)
-
-
 def _places(ways: RoutePlanner) -> list[Waypoint]:
     """Return the roomiest reachable spots that are well apart, the roomiest first."""
     space = ways.space
@@ -110,7 +104,7 @@ def _places(ways: RoutePlanner) -> list[Waypoint]:
         row, column = divmod(node, worth.shape[1])
         if not np.isfinite(worth[row, column]):
             break
-        spots.append(_point(space, node))
+        spots.append(space.point(node))
         # The roomier a spot, the larger its room.
         apart = max(_APART, 2.0 * float(space.clearance[row, column]))
         near = np.hypot(rows - row, columns - column) * space.spacing < apart
@@ -128,7 +122,7 @@ def _survey_stops(ways: RoutePlanner) -> Iterator[Waypoint]:
             square = worth[row : row + side, column : column + side]
             dr, dc = divmod(int(np.argmax(square)), square.shape[1])
             if np.isfinite(square[dr, dc]):
-                yield _point(space, (row + dr) * worth.shape[1] + column + dc)
+                yield space.point((row + dr) * worth.shape[1] + column + dc)
 
 
 def _corners(ways: RoutePlanner) -> list[Waypoint]:
@@ -137,7 +131,7 @@ def _corners(ways: RoutePlanner) -> list[Waypoint]:
     points = ways.space.points(nodes)
     if not len(nodes):
         return []
-    far = np.hypot(*(points - ways.space.points(np.array([ways.start]))[0]).T)
+    far = np.hypot(*(points - ways.space.point(ways.start)).T)
     corners: list[Waypoint] = []
     for _ in range(_CORNERS):
         i = int(np.argmax(far))
@@ -167,4 +161,4 @@ def _passed_by(ways: RoutePlanner, survey: Sequence[Waypoint], straight: float) 
         new = np.setdiff1d(np.flatnonzero(sizes >= least), [0, *entered])
         if len(new):
             spots += maximum_position(space.clearance, parts, new)
-    return [_point(space, int(row) * left.shape[1] + int(column)) for row, column in spots]
+    return [space.point(int(row) * left.shape[1] + int(column)) for row, column in spots]

@@ -173,9 +173,9 @@ def _described(
         spots = [spot, *(_roomiest(space, rooms == r) for r in _large(rooms[inside]))]
         ways = [way_back(before, s) for s in spots if np.isfinite(cost[s])]
         gaps = distinct(gap for way in ways for gap in gaps_on(floor, blocks, way, straight))
-        x, y = space.points(np.array([spot]))[0]
+        x, y = space.point(spot)
         tight = None if gaps else tight_turn(floor, blocks, ways, turning)
-        found.append(MissedFloor(float(x), float(y), float(sizes[part]), gaps, bool(ways), tight))
+        found.append(MissedFloor(x, y, float(sizes[part]), gaps, bool(ways), tight))
     return found
 
 
