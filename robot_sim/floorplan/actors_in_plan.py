@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from typing import Final
 
 from robot_sim.errors import WorldError
+from robot_sim.number_checks import check_finite
 
 PathPoint = tuple[float, ...]
 """x, y in ``map`` [m], and optionally the duration of a stop there [s]."""
@@ -98,7 +99,7 @@ class DoorLeaf:
 
     def __post_init__(self) -> None:
         what = f"leaf {self.name!r}"
-        _check_finite(
+        check_finite(
             what, hinge_x=self.hinge[0], hinge_y=self.hinge[1], closed=self.closed, swing=self.swing
         )
         _check_positive(
@@ -128,12 +129,6 @@ def _check_walk(kind: str, walker: Person | Cart) -> None:
         )
     if walker.start is not None and not (math.isfinite(walker.start) and walker.start >= 0.0):
         raise WorldError(f"{what}: start must be >= 0 s, got {walker.start}")
-
-
-def _check_finite(what: str, **values: float) -> None:
-    for key, value in values.items():
-        if not math.isfinite(value):
-            raise WorldError(f"{what}: {key} must be finite, got {value}")
 
 
 def _check_positive(what: str, **values: float) -> None:
