@@ -1,4 +1,4 @@
-"""Theory and published figures of skid steering: closed forms and a small equation solver."""
+"""Theory and published figures of skid steering: closed forms, and equations that are solved."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ import math
 from typing import Final
 
 import numpy as np
+from scipy.optimize import fsolve
 
 from robot_sim.array_types import FloatArray
 from robot_sim.drive.tyres import GRAVITY
@@ -52,7 +53,7 @@ def turning_chi(robot: SkidSteer, offset: float, aside: float = 0.0) -> float:
     """Return chi in place with the centre of mass ``offset`` [m] ahead of the wheels' centre.
 
     The three equations of forces and moment of four Coulomb contacts, whose loads follow from the
-    offset, are solved by Newton's method for the twist, independently of MuJoCo.
+    offset, are solved for the twist, independently of MuJoCo.
 
     Args:
         robot: The robot.
@@ -69,21 +70,8 @@ def turning_chi(robot: SkidSteer, offset: float, aside: float = 0.0) -> float:
     # Four equal springs under a rigid robot share its weight so.
     loads = (1.0 + np.sign(x) * offset / a + np.sign(y) * aside / b) / 4.0
     rims = np.sign(-y)
-    twist = np.array([0.0, 0.0, 2.0 / robot.effective_track])
-    for _ in range(50):
-        here = _wrench(twist, rims, x, y, loads)
-        jacobian = np.empty((3, 3))
-        for k in range(3):
-            nudge = np.zeros(3)
-            nudge[k] = 1e-7
-            up, down = twist + nudge, twist - nudge
-            jacobian[:, k] = (
-                _wrench(up, rims, x, y, loads) - _wrench(down, rims, x, y, loads)
-            ) / 2e-7
-        change = np.linalg.solve(jacobian, here)
-        twist = twist - change
-        if np.abs(change).max() < 1e-12:
-            break
+    start = np.array([0.0, 0.0, 2.0 / robot.effective_track])
+    twist = fsolve(_wrench, start, (rims, x, y, loads), xtol=1e-12)
     return 2.0 / robot.track / float(twist[2])
 
 
