@@ -8,7 +8,8 @@ from typing import Final
 
 import numpy as np
 
-from localization.geometry import FloatArray
+from localization.geometry import FloatArray, wrap_angle
+from localization.types import Pose
 
 SPACING: Final = 0.05
 """Distance between the points of a path [m]."""
@@ -69,6 +70,12 @@ class RoutePath:
         index = min(self.at + round(distance / SPACING), len(self.points) - 1)
         point: FloatArray = self.points[index]
         return point
+
+
+def direction_to(pose: Pose, point: FloatArray) -> float:
+    """Return the direction of a point (2,) [m] as seen from a pose, left positive [rad]."""
+    x, y = point - pose.position[:2]
+    return wrap_angle(float(np.arctan2(y, x)) - pose.yaw)
 
 
 def _densify(corners: FloatArray, spacing: float) -> FloatArray:

@@ -8,9 +8,8 @@ from typing import Final
 
 import numpy as np
 
-from localization.geometry import wrap_angle
 from localization.types import Health, Pose, Twist
-from teleop.scenario.route_path import RoutePath
+from teleop.scenario.route_path import RoutePath, direction_to
 
 RELIABLE: Final = {Health.TRACKING, Health.DEGRADED, Health.SLIPPING, Health.SUSPECT}
 """States in which a driver may steer by the pose."""
@@ -74,7 +73,7 @@ class TourDriver:
             self.path.finish()
             return Twist.planar(0.0, 0.0)
         aim = self.path.ahead(c.look_ahead)
-        error = wrap_angle(float(np.arctan2(*(aim - here)[::-1])) - pose.yaw)
+        error = direction_to(pose, aim)
         turn = float(np.clip(c.turn_gain * error, -c.turn_limit, c.turn_limit))
         # Slow down to turn; beyond 60 degrees turn on the spot.
         return Twist.planar(c.speed * max(0.0, 1.0 - abs(error) / np.deg2rad(60.0)), turn)

@@ -10,7 +10,6 @@ from typing import Any, Final
 
 import numpy as np
 
-from localization.geometry import FloatArray, wrap_angle
 from localization.types import SECOND, Pose, Twist
 from teleop.scenario.operators.goal_progress import GoalProgress
 from teleop.scenario.operators.hands import Hands
@@ -18,7 +17,7 @@ from teleop.scenario.operators.operator import Briefing, GoalPlace, Operator
 from teleop.scenario.operators.random_events import RandomEvents
 from teleop.scenario.operators.robot_view import RobotView
 from teleop.scenario.operators.wire import Wire
-from teleop.scenario.route_path import RoutePath
+from teleop.scenario.route_path import RoutePath, direction_to
 
 MISTAKES: Final = (
     "deadman",
@@ -174,7 +173,7 @@ class Careless(Operator):
         if self._path is None or goal is not self._goal:
             self._path, self._goal = RoutePath(self._progress.way(here)), goal
         self._path.follow(here)
-        off = _direction(pose, self._path.ahead(_LOOK_AHEAD))
+        off = direction_to(pose, self._path.ahead(_LOOK_AHEAD))
         if abs(off) > _LATE:
             self._turn = _TURN * float(np.sign(off))
         elif abs(off) < _CORRECTED or off * self._turn < 0.0:
@@ -225,11 +224,6 @@ class Careless(Operator):
             wire.call("/localization/undo")
         self._hands.stamp_age = 0
         self.mistake = ""
-
-
-def _direction(pose: Pose, point: FloatArray) -> float:
-    x, y = point - pose.position[:2]
-    return wrap_angle(float(np.arctan2(y, x)) - pose.yaw)
 
 
 def _hint(pose: Pose, bearing: float, off: float, turned: float) -> dict[str, Any]:

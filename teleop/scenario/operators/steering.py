@@ -18,14 +18,14 @@ from typing import Final
 
 import numpy as np
 
-from localization.geometry import FloatArray, wrap_angle
+from localization.geometry import wrap_angle
 from localization.types import SECOND, Pose, Twist
 from teleop.scenario.operators.driving import DrivingOperator
 from teleop.scenario.operators.hands import Hands
 from teleop.scenario.operators.operator import Briefing, GoalPlace
 from teleop.scenario.operators.random_events import RandomEvents
 from teleop.scenario.operators.wire import Wire
-from teleop.scenario.route_path import RoutePath
+from teleop.scenario.route_path import RoutePath, direction_to
 
 _FAR_GAIN: Final = 1.4
 """``k_far``: change of the turn rate per change of the far point's direction [1/s].
@@ -168,9 +168,4 @@ class SteeringModel(DrivingOperator):
         far = self._path.ahead(max(1.0, _FAR_TIME * self._speed))
         stop = self.progress.ends_here
         left = float(np.hypot(*(np.array(goal.at) - here))) if stop else np.inf
-        self._seen.append(_Look(now, _direction(pose, near), _direction(pose, far), left))
-
-
-def _direction(pose: Pose, point: FloatArray) -> float:
-    x, y = point - pose.position[:2]
-    return wrap_angle(float(np.arctan2(y, x)) - pose.yaw)
+        self._seen.append(_Look(now, direction_to(pose, near), direction_to(pose, far), left))
