@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
+from scipy.stats import binomtest
 
 from localization.geometry import FloatArray
 from teleop.scenario.sweeps.axes import Value
@@ -18,8 +19,6 @@ Rows = Sequence[tuple[Run, RunResult]]
 """Runs with what they have shown."""
 
 QUANTILES: Final = (0.05, 0.25, 0.5, 0.75, 0.95)
-_Z: Final = 1.959963984540054
-"""Quantile 0.975 of the normal distribution: 95 % lie within plus and minus it."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -39,14 +38,11 @@ class Share:
     @property
     def interval(self) -> tuple[float, float]:
         """The 95 % interval of Wilson (1927), which is right also for few runs and for shares of 0 and 1."""
-        n = self.count
-        if not n:
+        if not self.count:
             return 0.0, 1.0
-        p, z2 = self.passed / n, _Z * _Z
-        middle = (p + z2 / (2 * n)) / (1 + z2 / n)
-        half = _Z / (1 + z2 / n) * math.sqrt(p * (1 - p) / n + z2 / (4 * n * n))
+        found = binomtest(self.passed, self.count).proportion_ci(0.95, method="wilson")
         # Rounding must not leave the share outside of its own interval.
-        return max(0.0, min(middle - half, p)), min(1.0, max(middle + half, p))
+        return min(float(found.low), self.value), max(float(found.high), self.value)
 
 
 def share_passed(rows: Rows) -> Share:
