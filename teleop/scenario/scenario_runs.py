@@ -6,7 +6,7 @@ import importlib
 import multiprocessing
 import os
 import sys
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from concurrent.futures import ProcessPoolExecutor, as_completed
 from concurrent.futures.process import BrokenProcessPool
 from dataclasses import dataclass, replace
@@ -21,9 +21,7 @@ if TYPE_CHECKING:
     from teleop.scenario.operators.operator import Operator
     from teleop.scenario.referee.outcome import Outcome
     from teleop.scenario.reports.table import Verdict
-
-Progress = Callable[[float, str], None]
-"""Called now and then with the completed share, in [0, 1], and a line of text."""
+    from teleop.scenario.session.in_memory import Progress
 
 
 @dataclass(frozen=True, slots=True)

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from enum import IntEnum, StrEnum
 
 from localization.geometry import FloatArray
-from localization.types import IntArray
+from localization.types import SECOND, IntArray
 from teleop.scenario.files.scenario import Scenario
 
 
@@ -129,3 +129,8 @@ class Outcome:
     """Robot time over real time."""
     replay: str
     """The command that repeats the run to the bit."""
+
+    @property
+    def robot_seconds(self) -> float:
+        """Robot time that the run took [s]."""
+        return float(self.lines.stamps[-1]) / SECOND if len(self.lines.stamps) else 0.0

@@ -35,7 +35,7 @@ def junit(outcomes: Sequence[Outcome], failures: Sequence[tuple[str, str]] = ())
 
 def _suite(outcome: Outcome) -> Xml.Element:
     name = outcome.scenario.name
-    seconds = f"{robot_seconds(outcome):.3f}"
+    seconds = f"{outcome.robot_seconds:.3f}"
     failed = outcome.status is ExitStatus.CLIENT_FAILED
     suite = _new_suite(name, len(outcome.checks) + 1, errors=int(failed), time=seconds)
     suite.set("failures", str(sum(not c.met for c in outcome.checks)))
@@ -91,9 +91,3 @@ def _properties(outcome: Outcome) -> dict[str, str]:
         "replay": outcome.replay,
     }
     return fixed | {name: figure_text(value) for name, value in outcome.figures.items()}
-
-
-def robot_seconds(outcome: Outcome) -> float:
-    """Return the robot time that a run took [s]."""
-    stamps = outcome.lines.stamps
-    return float(stamps[-1]) / 1e9 if len(stamps) else 0.0

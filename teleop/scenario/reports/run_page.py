@@ -16,7 +16,6 @@ from localization.report.panels import Panel, ticks_of
 from localization.report.scales import linear_around
 from teleop.scenario.files.writing import scenario_text
 from teleop.scenario.referee.outcome import EventKind, ExitStatus, Outcome
-from teleop.scenario.reports.junit import robot_seconds
 from teleop.scenario.reports.limit_text import figure_text
 from teleop.scenario.reports.timelines import timelines
 
@@ -59,7 +58,7 @@ def page(outcome: Outcome, points: FloatArray | None = None, printed: str = "") 
         ("world", Path(scenario.world.scene).name),
         ("operator", scenario.operator.kind),
         ("seed", scenario.seed),
-        ("robot time", f"{robot_seconds(outcome):.1f} s"),
+        ("robot time", f"{outcome.robot_seconds:.1f} s"),
         ("pace", f"{outcome.pace}, {outcome.factor:.1f} x real time"),
     )
     return rendered(

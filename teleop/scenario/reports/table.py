@@ -8,7 +8,6 @@ from dataclasses import dataclass
 from localization.cli.terminal import WIDTH
 from localization.report.plain_text import plain_text
 from teleop.scenario.referee.outcome import ExitStatus, Outcome
-from teleop.scenario.reports.junit import robot_seconds
 from teleop.scenario.reports.limit_text import limit_sentence
 
 _WORDS = {
@@ -45,7 +44,7 @@ def verdict(outcome: Outcome, folder: str = "") -> Verdict:
     return Verdict(
         outcome.scenario.name,
         outcome.status,
-        robot_seconds(outcome),
+        outcome.robot_seconds,
         outcome.factor,
         details,
         folder,

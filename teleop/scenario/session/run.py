@@ -39,10 +39,10 @@ from teleop.scenario.session.over_socket import (
     run_over_socket,
     run_stepped,
 )
-from teleop.scenario.session.recorded_run import read_run
+from teleop.scenario.session.recorded_run import RecordedRun, read_run
 from teleop.scenario.session.referee_notes import Ending
 from teleop.scenario.session.run_folder import CLIENT_LOG, RunFolder
-from teleop.scenario.session.scene import checked_scene_of, scene_of
+from teleop.scenario.session.scene import Scene, checked_scene_of, scene_of
 from teleop.scenario.session.session import Session
 
 Pace = Literal["lockstep", "real"]
@@ -230,7 +230,32 @@ def replay_run(
     if folder is not None and folder.resolve() == run.resolve():
         raise SettingError(f"{run} holds the run that is repeated; take another folder")
     was = read_run(run)
-    scene = scene_of(was.scenario, run)
+    broken_off = Ending("the recorded run broke off here", cut_short=True)
+    return run_again(
+        was, scene_of(was.scenario, run), folder, was.ticks, broken_off, progress, observers
+    )
+
+
+def run_again(
+    was: RecordedRun,
+    scene: Scene,
+    folder: Path | None,
+    ticks: int,
+    unended: Ending,
+    progress: Progress,
+    observers: Sequence[TickObserver],
+) -> Outcome:
+    """Run a scenario with recorded messages and notes, and judge it.
+
+    Args:
+        was: What repeats the run.
+        scene: Its world and map.
+        folder: Folder of the run; None to keep nothing but the outcome.
+        ticks: Number of ticks after which it is over at the latest.
+        unended: How it has ended then if that is not recorded; the time is added.
+        progress: Called once in a second of robot time.
+        observers: Called with the record of each tick.
+    """
     empty: list[InboxMessage] = []
     session = Session(
         was.scenario,
@@ -242,12 +267,12 @@ def replay_run(
     session.folder = kept = None if folder is None else RunFolder(folder, was.scenario, scene)
     begun = wall_seconds()
     try:
-        while session.ending is None and session.ticks < was.ticks:
+        while session.ending is None and session.ticks < ticks:
             session.tick()
             if session.stamp % SECOND == 0:
-                progress(session.ticks / was.ticks, f"{session.stamp // SECOND} s")
-        broken_off = f"the recorded run broke off here, at {session.stamp / SECOND:g} s"
-        ending = was.ending or Ending(broken_off, cut_short=True)
+                progress(session.ticks / ticks, f"{session.stamp // SECOND} s")
+        here = f"{unended.ending}, at {session.stamp / SECOND:g} s"
+        ending = was.ending or replace(unended, ending=here)
         session.end(ending.ending, cut_short=ending.cut_short)
         if kept is not None:
             kept.end(ending_of(session, ending.failure))

@@ -11,6 +11,7 @@ from typing import Any, Final
 import numpy as np
 
 from localization.types import SECOND
+from robot_sim import TICK_NS
 from robot_sim.arm.arm_table import ArmTable
 from robot_sim.arm.servo_board import ServoBoard
 from teleop.bridges.servos.bridge import ARRAY, MIRROR_DEGREES
@@ -20,7 +21,6 @@ from teleop.scenario.files.faults import BoardUnplugged
 from teleop.scenario.files.scenario import Scenario
 from teleop.scenario.operators.wire import Wire
 
-_TICK: Final = SECOND // 50
 _PARTS: Final = 10
 """Parts of a tick in which the board and its line go on."""
 _REST: Final = SECOND
@@ -73,9 +73,9 @@ class SecondArm:
         if not cut:
             wanted = [*np.degrees(arm.wanted).tolist(), _GRIPPER * arm.wanted_share]
             self._board.take(joint_line(wanted))
-        self._still = 0 if arm.moving or cut else self._still + _TICK
+        self._still = 0 if arm.moving or cut else self._still + TICK_NS
         for _ in range(_PARTS):
-            answers = self._reader.take(self._board.advance(_TICK // _PARTS))
+            answers = self._reader.take(self._board.advance(TICK_NS // _PARTS))
             if not cut and self._wire is not None:
                 for answer in answers:
                     if isinstance(answer, Angles):

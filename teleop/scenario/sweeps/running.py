@@ -10,7 +10,6 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import Any, Final
 
-from localization.types import SECOND
 from robot_sim import SimulationError
 from teleop.clock import Stopwatch
 from teleop.errors import TeleopError
@@ -86,9 +85,7 @@ def _judged(
         text = " ".join(str(error).split())
         empty = {"verdict": "bad input", "ending": text, "missed": "", "figures": {}, "sha256": ""}
         return empty, 0.0
-    return _fields(outcome), float(outcome.lines.stamps[-1]) / SECOND if len(
-        outcome.lines.stamps
-    ) else 0.0
+    return _fields(outcome), outcome.robot_seconds
 
 
 def _fields(outcome: Outcome) -> dict[str, Any]:

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from teleop.scenario.files.scenario import SCHEMA, Scenario
+from teleop.scenario.session.in_memory import Progress
 from teleop.scenario.sweeps.cells import Cell, Run, runs_of
 from teleop.scenario.sweeps.costs import Costs, costs_of
 from teleop.scenario.sweeps.running import RunResult
@@ -17,9 +18,6 @@ from teleop.scenario.sweeps.sweep_statistics import Rows
 
 Compute = Callable[[Sequence[Run]], Iterator[tuple[Run, RunResult]]]
 """Runs what it is given, and yields each result as it is known, in any order."""
-
-Progress = Callable[[float, str], None]
-"""Called with the completed share, in [0, 1], and a line of text."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -4,24 +4,20 @@ from __future__ import annotations
 
 import contextlib
 import json
-from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
 from localization.cli.run_folder import remove_earlier
-from localization.types import SECOND
 from teleop.clock import Stopwatch
 from teleop.scenario.files.scenario import Scenario
 from teleop.scenario.referee.outcome import ExitStatus, Outcome
 from teleop.scenario.reports.run_reports import write_reports
 from teleop.scenario.run_files import RUN_FILES
+from teleop.scenario.session.in_memory import Progress
 from teleop.scenario.session.run import run_scenario
 from teleop.scenario.session.scene import Scene, scene_of
 from teleop.scenario.tour.measures import Meter, TickMeasures, stage_times, verdict_line
 from teleop.scenario.tour.summary import SUMMARY, ReportError, RunSummary, TourFacts, summarise
-
-Progress = Callable[[float, str], None]
-"""Called now and then with the completed share, in [0, 1], and a line of text."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -75,15 +71,14 @@ def drive_tour(
             raise KeyboardInterrupt
         raise ReportError(f"the run ended before it began: {outcome.ending}")
     scene = scene_of(scenario)
-    robot_seconds = float(outcome.lines.stamps[-1]) / SECOND
     facts = TourFacts(
         scene=scenario.world.scene,
         seed=scenario.seed,
         map_sha256=scene.cloud.sha256,
         ending=outcome.ending,
         verdicts=tuple(map(verdict_line, measures.verdicts)),
-        robot_seconds=robot_seconds,
-        wall_seconds=robot_seconds / outcome.factor,
+        robot_seconds=outcome.robot_seconds,
+        wall_seconds=outcome.robot_seconds / outcome.factor,
         startup_seconds=sum(watch.laps["set-up"]),
         stages=stage_times(watch.laps),
         traffic=meter.traffic(),

@@ -4,12 +4,11 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Final
 
 from localization.types import SECOND
+from robot_sim import TICK_NS
 from teleop.errors import SettingError
 from teleop.robot.tick_record import TickRecord
 from teleop.scenario.files.faults import Fault
@@ -18,15 +17,10 @@ from teleop.scenario.files.scenario import Scenario
 from teleop.scenario.operators.operator import Operator
 from teleop.scenario.referee.outcome import Outcome
 from teleop.scenario.referee.run_log import RunLog
+from teleop.scenario.session.in_memory import Progress
 from teleop.scenario.session.recorded_run import read_run
 from teleop.scenario.session.run import replay_run, run_scenario
 from teleop.scenario.whatif.open_loop import run_open_loop
-
-TICK: Final = SECOND // 50
-"""Period of the ticks [ns]."""
-
-Progress = Callable[[float, str], None]
-"""Called with the completed share, in [0, 1], and a line of text."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -94,12 +88,14 @@ def fork(
         ForkError: If the run does not repeat to the bit on this machine, so that no fork of it means anything.
     """
     was = read_run(run)
-    scenario, end = was.scenario, was.ticks * TICK / SECOND
+    scenario, end = was.scenario, was.ticks * TICK_NS / SECOND
     if not 0.0 <= at < end:
-        raise SettingError(f"--at {at:g} must be a time of the run: 0 to {end - TICK / SECOND:g} s")
-    common = math.ceil(round(at * SECOND) / TICK)
+        raise SettingError(
+            f"--at {at:g} must be a time of the run: 0 to {end - TICK_NS / SECOND:g} s"
+        )
+    common = math.ceil(round(at * SECOND) / TICK_NS)
     # Some faults begin in the middle of a tick, if they are asked to.
-    faults = tuple(replace(fault, at=common * TICK / SECOND) for fault in faults)
+    faults = tuple(replace(fault, at=common * TICK_NS / SECOND) for fault in faults)
     first = CommonDigest(common)
     actual = replay_run(
         run,
@@ -125,7 +121,7 @@ def fork(
             progress=half,
         )
         if second.sha256 == first.sha256:
-            return Futures(actual, forked, common * TICK, faults, first.sha256, "")
+            return Futures(actual, forked, common * TICK_NS, faults, first.sha256, "")
         (folder / "commands.jsonl").unlink(missing_ok=True)
         reason = (
             "its operator does not do again what was recorded (--operator names one of your own)"
@@ -134,7 +130,7 @@ def fork(
     forked = run_open_loop(run, added, faults, common, folder, observers=(second,), progress=half)
     if second.sha256 != first.sha256:
         raise ForkError(f"{run}: the fork differs before {at:g} s; this is a defect of farsteer")
-    return Futures(actual, forked, common * TICK, faults, first.sha256, reason)
+    return Futures(actual, forked, common * TICK_NS, faults, first.sha256, reason)
 
 
 class ForkError(SettingError):

@@ -14,10 +14,11 @@ from localization.report.page_template import rendered
 from localization.report.panels import Panel, panel, states_panel, time_axis
 from localization.report.scales import Scale, linear_around, logarithmic_around
 from localization.types import SECOND
+from robot_sim import TICK_NS
 from teleop.scenario.referee.outcome import Event, Outcome
 from teleop.scenario.reports.limit_text import figure_text
 from teleop.scenario.session.fault_schedule import begun
-from teleop.scenario.whatif.fork import TICK, Futures
+from teleop.scenario.whatif.fork import Futures
 
 NAMES = ("as it was", "with the fault")
 """What the two futures are called."""
@@ -63,7 +64,7 @@ def what_if(futures: Futures) -> str:
 
 def loop_sentences(futures: Futures) -> list[str]:
     """Return what the two futures have in common, and whether somebody reacted."""
-    ticks = futures.at // TICK
+    ticks = futures.at // TICK_NS
     common = (
         f"The first {ticks} ticks, up to {futures.at / SECOND:g} s, are the same in both to the bit"
         f" (digest {futures.common[:16]})."
@@ -94,7 +95,7 @@ def _map(futures: Futures, points: FloatArray | None) -> MapView:
         for true, style, name in zip(trues, _STYLES, NAMES, strict=True)
         if len(true)
     ]
-    index = min(max(futures.at // TICK - 1, 0), len(trues[0]) - 1)
+    index = min(max(futures.at // TICK_NS - 1, 0), len(trues[0]) - 1)
     spots.append(Spot("fork", "the fork", *trues[0][index]))
     return map_view(points, np.concatenate(trues), paths, spots)
 

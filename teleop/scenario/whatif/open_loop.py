@@ -6,28 +6,24 @@ The client cannot be asked what it would have done, so nobody reacts to what is 
 from __future__ import annotations
 
 import random
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Final
 
 from localization.types import SECOND
-from teleop.clock import wall_seconds
+from robot_sim import TICK_NS
 from teleop.robot.inbox import Disconnected, DriveCommand, InboxMessage
 from teleop.robot.stepped_robot import TickObserver
 from teleop.scenario.files.faults import Fault, Link, OperatorKilled
 from teleop.scenario.files.scenario import Scenario
 from teleop.scenario.referee.outcome import EventKind, Outcome
 from teleop.scenario.session.fault_schedule import SECOND_OPERATOR
+from teleop.scenario.session.in_memory import Progress
 from teleop.scenario.session.recorded_run import read_run
-from teleop.scenario.session.referee_notes import Note
-from teleop.scenario.session.run import ending_of, outcome_of
-from teleop.scenario.session.run_folder import RunFolder
+from teleop.scenario.session.referee_notes import Ending, Note
+from teleop.scenario.session.run import run_again
 from teleop.scenario.session.scene import scene_of
-from teleop.scenario.session.session import Session
-
-_TICK: Final = SECOND // 50
-"""Period of the ticks [ns]."""
 
 _NEVER: Final = 2**62
 """A time after all runs [ns]."""
@@ -44,7 +40,7 @@ def run_open_loop(
     folder: Path,
     *,
     observers: Sequence[TickObserver] = (),
-    progress: Callable[[float, str], None] = lambda share, text: None,
+    progress: Progress = lambda share, text: None,
 ) -> Outcome:
     """Run a scenario with the recorded messages of a run, as the added faults let them through.
 
@@ -61,29 +57,11 @@ def run_open_loop(
     # What a rule says of the frames that were sent holds for the run as it was.
     scenario = replace(scenario, limits=replace(scenario.limits, rules=False))
     inboxes = delivered(was.inboxes, faults, common, seed=scenario.seed)
+    notes = _again(was.notes, faults, common)
+    forked = replace(was, scenario=scenario, inboxes=inboxes, notes=notes, ending=None)
     last = max([was.ticks, *(number + 1 for number in inboxes)])
-    scene = scene_of(scenario, run)
-    kept = RunFolder(folder, scenario, scene)
-    session = Session(
-        scenario,
-        scene,
-        folder=kept,
-        recorded=lambda number: inboxes.get(number, ()),
-        notes=_again(was.notes, faults, common),
-        observers=observers,
-    )
-    begun = wall_seconds()
-    try:
-        while session.ending is None and session.ticks < last:
-            session.tick()
-            if session.stamp % SECOND == 0:
-                progress(session.ticks / last, f"{session.stamp // SECOND} s")
-        session.end(f"the recorded messages ended here, at {session.stamp / SECOND:g} s")
-        kept.end(ending_of(session))
-    finally:
-        kept.close()
-    factor = session.stamp / SECOND / max(wall_seconds() - begun, 1e-9)
-    return outcome_of(session, "lockstep", factor, "")
+    ended = Ending("the recorded messages ended here")
+    return run_again(forked, scene_of(scenario, run), folder, last, ended, progress, observers)
 
 
 def delivered(
@@ -117,11 +95,11 @@ def delivered(
                 continue
             if killed is not None:
                 continue
-            latest = max(latest, _out(number * _TICK, links, draws))
+            latest = max(latest, _out(number * TICK_NS, links, draws))
             if latest >= _NEVER:
                 continue
-            tick = -(-latest // _TICK)
-            inboxes.setdefault(tick, []).append(_later(message, latest - number * _TICK))
+            tick = -(-latest // TICK_NS)
+            inboxes.setdefault(tick, []).append(_later(message, latest - number * TICK_NS))
     if killed is not None and not killed.silent:
         gone = [Disconnected(client) for client in present if _is_of_client(Disconnected(client))]
         inboxes.setdefault(common, []).extend(gone)
@@ -131,7 +109,7 @@ def delivered(
 def _again(notes: Sequence[Note], faults: Sequence[Fault], common: int) -> list[Note]:
     """Return the notes that hold for the fork too: no broken rules, and nothing of a client that has been killed."""
     is_killed = any(isinstance(fault, OperatorKilled) for fault in faults)
-    end = common * _TICK if is_killed else _NEVER
+    end = common * TICK_NS if is_killed else _NEVER
     return [n for n in notes if n.kind is not EventKind.RULE and n.stamp <= end]
 
 
