@@ -8,7 +8,6 @@ import numpy as np
 
 from localization.evaluation.consistency import health_shares
 from localization.report.report_summary import Report
-from localization.types import SECOND
 
 
 def results(report: Report) -> dict[str, Any]:
@@ -19,14 +18,9 @@ def results(report: Report) -> dict[str, Any]:
     """
     history = report.history
     stamps, known = history.stamps, history.trajectory()
-    first = int(stamps[0]) if len(stamps) else 0
-    sigma = distance = None
+    sigma = None
     if len(known):
-        steps = np.linalg.norm(np.diff(known.positions[:, :2], axis=0), axis=1)
-        distance = float(steps[steps < 0.5].sum())  # a longer step is a jump, not a drive
-        covariances = history.covariances()
-        position = np.sqrt(np.trace(covariances[:, :2, :2], axis1=1, axis2=2))
-        heading = np.sqrt(covariances[:, 5, 5])
+        position, heading = history.sigmas()
         sigma = {
             "position_median": np.median(position),
             "position_p99": np.percentile(position, 99),
@@ -38,11 +32,11 @@ def results(report: Report) -> dict[str, Any]:
         "map": report.map or None,
         "dead_reckoned": report.dead_reckoned or None,
         "facts": report.facts,
-        "seconds": (int(stamps[-1]) - first) / SECOND if len(stamps) else 0.0,
+        "seconds": history.seconds,
         "estimates": len(stamps),
         "poses": len(known),
-        "placed_after": (int(known.stamps[0]) - first) / SECOND if len(known) else None,
-        "distance": distance,
+        "placed_after": history.placed_after,
+        "distance": history.distance if len(known) else None,
         "sigma": sigma,
         "health": {h.value: s for h, s in health_shares(stamps, history.healths).items()}
         if len(stamps)

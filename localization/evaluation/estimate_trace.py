@@ -113,7 +113,7 @@ def write_trace(path: Path | str, rows: Iterable[TraceRow]) -> None:
 
 
 def read_trace(path: Path | str) -> tuple[TraceRow, ...]:
-    """Read a trace, also one with the column names of version 0.0.
+    """Read a trace.
 
     Raises:
         TraceError: If the file is missing, or a line is not a valid row.

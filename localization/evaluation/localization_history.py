@@ -18,7 +18,7 @@ import numpy as np
 from localization.evaluation.estimate_trace import AXES, COVARIANCE_COLUMNS, upper_triangle
 from localization.evaluation.trajectory import Trajectory
 from localization.geometry import FloatArray
-from localization.types import Estimate, Health, Pose, ScanConsistency
+from localization.types import SECOND, Estimate, Health, Pose, ScanConsistency
 
 SWEEP_COLUMNS: Final = (
     "stamp_ns",
@@ -127,6 +127,29 @@ class History:
             self._covariances = np.array(each).reshape(-1, 6, 6)
             self._covariances.flags.writeable = False
         return self._covariances
+
+    def sigmas(self) -> tuple[FloatArray, FloatArray]:
+        """Return one sigma of the horizontal position (M,) [m] and of the heading (M,) [rad] of each pose."""
+        covariances = self.covariances()
+        spread = np.sqrt(np.trace(covariances[:, :2, :2], axis1=1, axis2=2))
+        return spread, np.sqrt(covariances[:, 5, 5])
+
+    @property
+    def seconds(self) -> float:
+        """Time from the first estimate to the last [s]."""
+        return (self._stamps[-1] - self.begin) / SECOND if self._stamps else 0.0
+
+    @property
+    def placed_after(self) -> float | None:
+        """Time from the first estimate to the first pose [s]; None if no pose is known."""
+        known = self.trajectory()
+        return (int(known.stamps[0]) - self.begin) / SECOND if len(known) else None
+
+    @property
+    def distance(self) -> float:
+        """Length of the path in the plane [m]; a step of half a metre is a jump, not a drive."""
+        steps = np.linalg.norm(np.diff(self.trajectory().positions[:, :2], axis=0), axis=1)
+        return float(steps[steps < 0.5].sum())
 
 
 def write_covariances(path: Path | str, history: History) -> None:

@@ -12,7 +12,7 @@ from localization.evaluation.error_statistics import Statistics
 from localization.evaluation.localization_history import History
 from localization.maps.cloud import Cloud
 from localization.report.reference_comparison import STRETCH, ReferenceComparison
-from localization.types import SECOND, HintVerdict
+from localization.types import HintVerdict
 
 STATISTICS = ("rmse", "mean", "median", "std", "min", "max")
 _WIDEST = 27
@@ -76,20 +76,15 @@ def summary(report: Report) -> dict[str, str]:
     stamps = history.stamps
     if not len(stamps):
         return {"duration": "0 s: the log holds no reading with a later stamp"}
-    duration = (int(stamps[-1]) - int(stamps[0])) / SECOND
-    facts = {"duration": f"{duration:.1f} s, {len(stamps)} estimates"}
+    facts = {"duration": f"{history.seconds:.1f} s, {len(stamps)} estimates"}
     if len(known):
-        steps = np.linalg.norm(np.diff(known.positions[:, :2], axis=0), axis=1)
-        facts["distance"] = f"{steps[steps < 0.5].sum():.1f} m"
-        covariances = history.covariances()
+        facts["distance"] = f"{history.distance:.1f} m"
         if report.dead_reckoned:
             facts |= _ends(report)
         else:
-            facts["placed"] = (
-                f"{(int(known.stamps[0]) - int(stamps[0])) / SECOND:.1f} s after the first reading"
-            )
-        spread = np.sqrt(np.trace(covariances[:, :2, :2], axis1=1, axis2=2))
-        turn = np.rad2deg(np.sqrt(covariances[:, 5, 5]))
+            facts["placed"] = f"{history.placed_after:.1f} s after the first reading"
+        spread, turn = history.sigmas()
+        turn = np.rad2deg(turn)
         facts["sigma"] = (
             f"median {_length(np.median(spread))}, {np.median(turn):.3f}°;"
             f" p99 {_length(np.percentile(spread, 99))}, {np.percentile(turn, 99):.3f}°"

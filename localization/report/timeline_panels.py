@@ -64,16 +64,14 @@ def _sigmas(
     time: Callable[[IntArray], FloatArray],
 ) -> Iterator[Panel]:
     """Yield the standard deviation of position and heading; with a reference three of them, and the errors."""
-    covariances = history.covariances()
-    spread = np.sqrt(np.trace(covariances[:, :2, :2], axis1=1, axis2=2)) * 1e3
-    turn = np.rad2deg(np.sqrt(covariances[:, 5, 5]))
+    spread, turn = history.sigmas()
     sigmas, label = (1.0, "sigma") if comparison is None else (3.0, "3 sigma")
     off = None if comparison is None else comparison.errors
     position = None if off is None else off.horizontal * 1e3
     heading = None if off is None else np.rad2deg(np.abs(off.headings))
     for name, values, error in (
-        ("horizontal position [mm]", spread, position),
-        ("heading [deg]", turn, heading),
+        ("horizontal position [mm]", spread * 1e3, position),
+        ("heading [deg]", np.rad2deg(turn), heading),
     ):
         # The initial uncertainty would flatten the rest of the curve.
         top = 1.6 * sigmas * float(np.percentile(values, 99.0)) if len(values) else 1.0
