@@ -34,10 +34,8 @@ from localization.geometry import (
     rotation_from_euler,
     rotation_from_quaternion,
 )
-from localization.types import SECOND, Inertial
+from localization.types import GRAVITY, SECOND, Inertial
 
-GRAVITY: Final = 9.81
-"""Gravitational acceleration [m/s^2]."""
 _LONGEST: Final = 0.5
 """A longer gap between readings is bridged as if it were this long [s]; the rest adds to the doubt."""
 _CORRECTED: Final = 0.099

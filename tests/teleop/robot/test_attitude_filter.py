@@ -10,9 +10,9 @@ from localization.geometry import (
     rotation_from_euler,
     rotation_from_quaternion,
 )
-from localization.types import Health, Inertial
+from localization.types import GRAVITY, Health, Inertial
 from robot_sim import Simulation, load_world
-from teleop.robot.attitude_filter import GRAVITY, AttitudeFilter
+from teleop.robot.attitude_filter import AttitudeFilter
 from teleop.scenario.tour_driver import TourDriver
 
 _PERIOD = 20_000_000
