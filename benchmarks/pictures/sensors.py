@@ -18,6 +18,13 @@ from matplotlib import rc_context
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from benchmarks.pictures.optical_bench import (
+    OpticalBench,
+    bench_scanner,
+    box_xml,
+    pane_xml,
+    wall_xml,
+)
 from localization.geometry import FloatArray
 from localization.types import IntArray, Scan
 from robot_sim.scene_objects.materials import MATERIALS
@@ -36,13 +43,6 @@ from robot_sim.sensors.lidar_effects import (
 )
 from robot_sim.sensors.lidar_models import LIDARS
 from robot_sim.sensors.scanner_config import ScannerConfig
-from robot_sim.validation.optical_bench import (
-    OpticalBench,
-    bench_scanner,
-    box_xml,
-    pane_xml,
-    wall_xml,
-)
 
 _COLOURS: Final = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9")
 """Okabe and Ito's palette, which colour-blind people can distinguish."""

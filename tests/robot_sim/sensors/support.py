@@ -6,11 +6,11 @@ from typing import Any
 
 import numpy as np
 
-from localization.types import Scan
-from robot_sim.validation.optical_bench import (
+from benchmarks.pictures.optical_bench import (
     OpticalBench,
     bench_scanner,
 )
+from localization.types import Scan
 
 
 class EffectsBench(OpticalBench):

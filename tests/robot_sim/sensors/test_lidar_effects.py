@@ -10,6 +10,10 @@ from typing import Any
 import numpy as np
 import pytest
 
+from benchmarks.pictures.optical_bench import (
+    box_xml,
+    wall_xml,
+)
 from localization.types import IntArray
 from robot_sim.array_types import FloatArray
 from robot_sim.errors import SensorError, SimulationError
@@ -35,10 +39,6 @@ from robot_sim.sensors.lidar_effects import (
 )
 from robot_sim.sensors.lidar_models import LIDARS, lidar_model
 from robot_sim.sensors.scanner_config import ScannerConfig
-from robot_sim.validation.optical_bench import (
-    box_xml,
-    wall_xml,
-)
 from tests.robot_sim.sensors.support import AHEAD, EffectsBench
 
 NARROW: dict[str, Any] = {"field_of_view": 1e-5, "resolution": 1e-7}

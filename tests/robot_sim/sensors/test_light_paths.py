@@ -8,6 +8,11 @@ import numpy as np
 import pytest
 from hypothesis import given, strategies as st
 
+from benchmarks.pictures.optical_bench import (
+    box_xml,
+    pane_xml,
+    wall_xml,
+)
 from robot_sim.scene_objects.materials import MATERIALS
 from robot_sim.sensors.lidar_effects import (
     Effects,
@@ -16,11 +21,6 @@ from robot_sim.sensors.lidar_effects import (
 )
 from robot_sim.sensors.lidar_models import lidar_model
 from robot_sim.sensors.surface_optics import pane_reflectance
-from robot_sim.validation.optical_bench import (
-    box_xml,
-    pane_xml,
-    wall_xml,
-)
 from tests.robot_sim.sensors.support import AHEAD, EffectsBench, along
 
 

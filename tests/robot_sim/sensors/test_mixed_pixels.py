@@ -8,6 +8,10 @@ import numpy as np
 import pytest
 from hypothesis import given, strategies as st
 
+from benchmarks.pictures.optical_bench import (
+    box_xml,
+    wall_xml,
+)
 from robot_sim.sensors.echoes import (
     Echoes,
 )
@@ -17,10 +21,6 @@ from robot_sim.sensors.lidar_effects import (
     Mixing,
 )
 from robot_sim.sensors.mixed_pixels import SUB_BEAMS, mixed, sub_beam_places
-from robot_sim.validation.optical_bench import (
-    box_xml,
-    wall_xml,
-)
 from tests.robot_sim.sensors.support import AHEAD, EffectsBench
 
 
