@@ -21,7 +21,7 @@ PYTEST := OPENBLAS_NUM_THREADS=1 PYTHONDONTWRITEBYTECODE= $(BIN)/pytest --numpro
 
 # The console page is built from all of these; a folder is newer when a file is added to or removed from it.
 PAGE := teleop/console/page
-PAGE_SOURCES := $(shell find $(PAGE) \( -name node_modules -o -name dist \) -prune -o -print 2>/dev/null)
+PAGE_SOURCES := $(shell find $(PAGE) assets/operating assets/joysticks \( -name node_modules -o -name dist \) -prune -o -print 2>/dev/null)
 # pip would build it as well, in an environment that is thrown away afterwards.
 export FARSTEER_SKIP_CONSOLE := 1
 

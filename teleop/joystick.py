@@ -89,8 +89,8 @@ def read_joy(
     turbo = _pressed(buttons, layout.turbo_button)
     speed = layout.turbo_speed if turbo else layout.speed
     twist = Twist.planar(
-        speed * _deflection(forward, layout.deadzone),
-        layout.turn * _deflection(turn, layout.deadzone),
+        speed * without_dead_zone(forward, layout.deadzone),
+        layout.turn * without_dead_zone(turn, layout.deadzone),
     )
     return VelocityRequest(twist, _pressed(buttons, layout.deadman_button))
 
@@ -119,14 +119,14 @@ def _pressed(buttons: Sequence[int], index: int) -> bool:
     return index < len(buttons) and bool(buttons[index])
 
 
-def _deflection(axis: float, deadzone: float) -> float:
-    """Return the axis with its deadzone removed and the rest rescaled to [-1, 1]."""
+def without_dead_zone(axis: float, deadzone: float) -> float:
+    """Return an axis with its dead zone removed and the rest rescaled to [-1, 1]."""
     clamped = max(-1.0, min(1.0, axis))
     beyond = max(0.0, abs(clamped) - deadzone) / (1.0 - deadzone)
     return math.copysign(beyond, clamped) if beyond else 0.0
 
 
 def _inverse(deflection: float, deadzone: float) -> float:
-    """Return the axis that ``_deflection`` maps to a deflection."""
+    """Return the axis that ``without_dead_zone`` maps to a deflection."""
     share = max(-1.0, min(1.0, deflection))
     return math.copysign(deadzone + abs(share) * (1.0 - deadzone), share) if share else 0.0

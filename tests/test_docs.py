@@ -11,10 +11,11 @@ import socket
 import subprocess
 import sys
 import time
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, fields
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -28,11 +29,9 @@ from robot_sim import IMU_MOUNT, MOUNTS, SimulationConfig
 from teleop.command_line import Command
 from teleop.joystick import JoystickLayout, layouts
 from teleop.operator.controls import keyboard
-from teleop.operator.controls.gamepad import ACTIONS, DEADMAN, TURBO
 from teleop.operator.controls.repeat_timing import LONGEST_HOLD, SHORTEST_HOLD, RepeatTiming
-from teleop.operator.operator_session import KEYS
+from teleop.operator.operating_data import gears, operating_data, station_keys
 from teleop.operator.robot_state.source_ages import STALE
-from teleop.operator.robot_state.station_view import LOST_AFTER
 from teleop.robot.lockstep_service import LockstepService
 from teleop.robot.safety.control_state import ControlMode, SafetyConfig
 from teleop.robot.safety.stale_commands import StaleLimits
@@ -532,31 +531,40 @@ def test_steps_are_as_many_as_the_documentation_says() -> None:
     assert f"at most {LockstepService.MAX_BRAKING_TICKS} ticks" in page
 
 
-def test_keys_do_what_the_quick_start_says() -> None:
-    keys = {row[0]: row[1] for row in rows("docs/quickstart.md", "| key |")}
-    speed, turn = keyboard.SPEED_STEPS[keyboard.FIRST_STEP]
-    assert keys["`w` `s`, arrows up and down"].endswith(f"at first {speed} m/s")
-    assert f"at first {turn} rad/s" in keys["`a` `d`, arrows left and right"]
-    named = {key: action for key, action in KEYS.items() if f"`{key}`" in keys}
-    assert named == {
-        "e": "estop", "p": "reset", "t": "take_over", "h": "place", "n": "numbers",
-        "u": "undo", "f": "find", "?": "help",
-    }  # fmt: skip
+def listed(entries: Iterable[Mapping[str, Any]], name: str) -> list[list[str]]:
+    return [[entry[name], entry["does"]] for entry in entries]
 
 
-def test_operating_page_gives_the_steps_times_and_buttons_of_the_code() -> None:
+def test_keys_and_buttons_are_those_that_station_and_page_read() -> None:
+    keys, pad = (operating_data("controls")[name] for name in ("keys", "gamepad"))
+    assert rows("docs/quickstart.md", "| key |") == listed(station_keys(), "keys")
+    buttons = [use for use in pad["buttons"].values() if use.get("only") != "page"]
+    assert rows("docs/operating.md", "| button |") == listed(buttons, "name")
+    pages = [key for key in keys if key.get("only") != "station"]
+    assert rows("docs/console.md", "| key |") == listed(pages, "keys")
+
+
+def test_alarms_are_those_that_station_and_page_raise() -> None:
+    rules = operating_data("alarms")["rules"]
+    assert [row[0].strip("`") for row in rows("docs/operating.md", "| alarm |")] == [
+        rule["kind"] for rule in rules
+    ]
+    for rule, row in zip(rules, rows("docs/operating.md", "| alarm |"), strict=True):
+        assert row[1] == rule["severity"]
+
+
+def test_operating_page_gives_the_gears_and_times_of_the_code() -> None:
     page = " ".join(text_of("docs/operating.md").split())
-    steps = [(float(row[1]), float(row[2])) for row in rows("docs/operating.md", "| step |")]
-    assert steps == list(keyboard.SPEED_STEPS)
+    table = [
+        (row[0], float(row[1]), float(row[2])) for row in rows("docs/operating.md", "| gear |")
+    ]
+    assert table == [(g.name, round(g.speed, 6), round(g.turn, 6)) for g in gears()]
     timing = RepeatTiming()
     assert f"A tap then drives for {timing.first_hold / 1e9:.2f} s" in page
     hold = SHORTEST_HOLD / 1e9, LONGEST_HOLD / 1e9
     assert "{:g} to {:g} s".format(*hold) in page
     assert f"not answered for {keyboard.TERMINAL_SILENCE / 1e9:g} s" in page
-    assert f"turns grey {STALE / 1e9:g} s after the last one" in " ".join(page.split())
-    assert f"red after {LOST_AFTER / 1e9:g} s" in page
-    buttons = {row[0].lower(): row[1] for row in rows("docs/operating.md", "| control |")}
-    assert {DEADMAN, TURBO, *ACTIONS} <= buttons.keys()
+    assert f"turns grey {STALE / 1e9:g} s after the last one" in page
 
 
 def test_beam_without_return_is_as_far_as_the_documentation_says() -> None:

@@ -10,9 +10,11 @@ import numpy as np
 from localization.types import Pose
 from teleop.operator.message_decoding import stamp_of
 from teleop.operator.named_places import scene_places
+from teleop.operator.operating_data import operating_data
 from teleop.operator.operator_client import OperatorClient
 from teleop.operator.robot_state.event_list import EventList
 from teleop.operator.robot_state.hint_verdicts import TAKEN, SentHint
+from teleop.operator.words import sentence
 
 
 class HintDesk:
@@ -73,14 +75,15 @@ class HintDesk:
     def judge(self, message: Mapping[str, Any]) -> None:
         """Report a verdict, unless it was reported before or given before this station came."""
         stamp = stamp_of(message) or 0
-        verdict = str(message["verdict"])
+        verdict, reason = str(message["verdict"]), sentence(str(message["reason"]))
+        words = operating_data("words")["verdicts"].get(verdict, verdict)
         mine = next((sent for sent in self._sent if sent.answered_by(message)), None)
         if mine is not None:
             self._sent.remove(mine)
             self._judged = stamp
             if mine is self._asked:
                 self.verdict = verdict
-            self._events.add(f"hint {verdict}: {message['reason']}")
+            self._events.add(f"{sentence(f'hint {words}')} {reason}".strip())
         elif self._begun is not None and stamp > max(self._judged, self._begun):
             self._judged = stamp
-            self._events.add(f"hint of another client {verdict}: {message['reason']}")
+            self._events.add(f"{sentence(f'hint of another client {words}')} {reason}".strip())

@@ -13,10 +13,11 @@ from localization.types import Pose
 from teleop.operator.controls.gamepad import Gamepad, PadChanged, PadSource
 from teleop.operator.controls.joy_stream import JoyStream
 from teleop.operator.controls.key_events import Key, KeyEvent, TerminalReport
-from teleop.operator.controls.keyboard import Keyboard
+from teleop.operator.controls.keyboard import CAREFUL, Keyboard
 from teleop.operator.display.threaded_display import LiveDisplayProtocol
 from teleop.operator.hint_desk import HintDesk
 from teleop.operator.map_download import MapLibrary
+from teleop.operator.operating_data import gears, key_actions
 from teleop.operator.operator_client import OperatorClient
 from teleop.operator.robot_state.event_list import EventList
 from teleop.operator.robot_state.station_view import StationView
@@ -45,24 +46,6 @@ _SERVICES: Final[Mapping[str, str]] = {
     "undo": "/localization/undo",
 }
 """Services by action."""
-KEYS: Final[Mapping[str, str]] = {
-    "e": "estop",
-    "p": "reset",
-    "t": "take_over",
-    "f": "find",
-    "u": "undo",
-    "h": "place",
-    "n": "numbers",
-    "+": "faster",
-    "=": "faster",
-    "-": "slower",
-    "_": "slower",
-    " ": "stop",
-    "?": "help",
-    "q": "quit",
-    "ctrl-c": "end",
-}
-"""Actions by key."""
 
 
 class OperatorSession:
@@ -116,9 +99,9 @@ class OperatorSession:
 
     def receive(self, topic: str, message: Mapping[str, Any]) -> None:
         """Take a message of the robot."""
-        estop = self.view.alarms.estop
+        estop = self.view.reported.estop
         anew = self.view.received(topic, message, self._clock())
-        if self.view.alarms.estop is not None and estop is None:
+        if self.view.reported.estop is not None and estop is None:
             # A key that is held down must not drive off when the e-stop is released.
             self._keyboard.block(self._clock())
             self._gamepad.block()
@@ -177,6 +160,8 @@ class OperatorSession:
         with key_terminal() as terminal:
             if terminal is not None:
                 self._keyboard.reports_releases = terminal.reports_releases
+                if not terminal.reports_releases:
+                    self._keyboard.shift(CAREFUL)
                 loop.add_reader(terminal.keys, self._take_input, terminal)
             try:
                 self._spawn(self._begin(hint, find))
@@ -229,7 +214,7 @@ class OperatorSession:
                     self.events.add(f"{what}: neutral")
                 if (action := self._gamepad.take(event)) is not None:
                     self._act(action)
-        twist, held = self._gamepad.twist(self._keyboard.step)
+        twist, held = self._gamepad.twist(self._keyboard.gear)
         if not held:
             twist, held = self._keyboard.twist(now)
         due = self._joy.next(twist, held, disarmed=self.view.control == "disarmed")
@@ -313,7 +298,7 @@ class OperatorSession:
 
     def _take_key(self, key: Key) -> None:
         """Take a key: an answer to an open question, a drive key, or an action."""
-        action = KEYS.get(key.name)
+        action = key_actions().get(key.name)
         if self._prompt is not None and action not in ("estop", "end"):
             if key.event is not KeyEvent.RELEASE:
                 self._answer(self._prompt.after(key.name))
@@ -337,7 +322,9 @@ class OperatorSession:
             case "stop":
                 self._keyboard.release_all()
             case "faster" | "slower":
-                self._keyboard.change_speed(1 if action == "faster" else -1)
+                self._keyboard.shift(self._keyboard.gear + (1 if action == "faster" else -1))
+            case _ if action in (names := [gear.action for gear in gears()]):
+                self._keyboard.shift(names.index(action))
             case "help":
                 self._help = not self._help
             case "place" | "numbers":

@@ -1,22 +1,25 @@
-"""A gamepad in the standard layout: stick and deadman as a twist, buttons as actions."""
+"""A gamepad in the standard layout (W3C): stick and deadman as a twist, buttons as actions."""
 
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Final, Protocol, TypeAlias
+from typing import Any, Final, Protocol, TypeAlias
 
 from localization.types import Twist
-from teleop.operator.controls.keyboard import SPEED_STEPS
+from teleop.joystick import without_dead_zone
+from teleop.operator.operating_data import gears, operating_data
 
-DEADZONE: Final = 0.12
-"""Deflection below which a stick counts as released; sticks of pads return to 0.1 at worst (XInput uses 0.24)."""
-DEADMAN: Final = "left shoulder"
+LAYOUT: Final[Mapping[str, Any]] = operating_data("controls")["gamepad"]
+"""What axes and buttons are for."""
+BUTTONS: Final = {action: int(use["button"]) for action, use in LAYOUT["buttons"].items()}
+"""Buttons by action."""
+DEADMAN: Final = BUTTONS["deadman"]
 """Button that must be held to drive."""
-TURBO: Final = "right shoulder"
-"""Button that selects the highest speed step."""
-ACTIONS: Final = {"b": "estop", "back": "reset", "start": "take_over", "y": "find"}
-"""Actions by button, in the layout of an Xbox pad; the e-stop is far from its reset."""
+TURBO: Final = BUTTONS["turbo"]
+"""Button that selects the fastest gear while it is held."""
+_ACTIONS: Final = {b: action for action, b in BUTTONS.items() if b not in (DEADMAN, TURBO)}
 
 
 @dataclass(frozen=True, slots=True)
@@ -25,8 +28,8 @@ class StickMoved:
 
     pad: int
     """Which pad."""
-    axis: str
-    """Name of the axis: ``left x`` or ``left y``; right and down are positive."""
+    axis: int
+    """Index of the axis, of a standard gamepad; right and down are positive."""
     value: float
     """Deflection in [-1, 1]."""
 
@@ -37,8 +40,8 @@ class ButtonChanged:
 
     pad: int
     """Which pad."""
-    button: str
-    """Name of the button."""
+    button: int
+    """Index of the button, of a standard gamepad."""
     pressed: bool
     """Whether it is pressed now."""
 
@@ -71,8 +74,8 @@ class PadSource(Protocol):
 @dataclass(slots=True)
 class _Pad:
     name: str
-    axes: dict[str, float] = field(default_factory=dict)
-    buttons: set[str] = field(default_factory=set)
+    axes: dict[int, float] = field(default_factory=dict)
+    buttons: set[int] = field(default_factory=set)
     blocked: bool = False
 
 
@@ -105,26 +108,25 @@ class Gamepad:
             pad.blocked = pad.blocked and event.button != DEADMAN
             return None
         pad.buttons.add(event.button)
-        return ACTIONS.get(event.button)
+        return _ACTIONS.get(event.button)
 
     def block(self) -> None:
         """Drive no more until the deadman is released and pressed again."""
         for pad in self._pads.values():
             pad.blocked = DEADMAN in pad.buttons
 
-    def twist(self, step: int) -> tuple[Twist, bool]:
-        """Return the requested twist at a speed step, and whether a deadman is held."""
+    def twist(self, gear: int) -> tuple[Twist, bool]:
+        """Return the requested twist in a gear, by its index, and whether a deadman is held."""
         for pad in self._pads.values():
             if DEADMAN in pad.buttons and not pad.blocked:
-                speed, turn = SPEED_STEPS[-1 if TURBO in pad.buttons else step]
-                # Up and left are negative on a pad and positive for a robot (REP 103).
-                ahead = -_deflection(pad.axes.get("left y", 0.0))
-                left = -_deflection(pad.axes.get("left x", 0.0))
-                return Twist.planar(speed * ahead + 0.0, turn * left + 0.0), True
+                engaged = gears()[-1 if TURBO in pad.buttons else gear]
+                ahead, left = _deflection(pad, "forward"), _deflection(pad, "turn")
+                return Twist.planar(engaged.speed * ahead + 0.0, engaged.turn * left + 0.0), True
         return Twist.planar(0.0, 0.0), False
 
 
-def _deflection(value: float) -> float:
-    """Return a deflection without its deadzone, rescaled to [-1, 1]."""
-    beyond = max(0.0, min(1.0, abs(value)) - DEADZONE) / (1.0 - DEADZONE)
-    return math.copysign(beyond, value) if beyond else 0.0
+def _deflection(pad: _Pad, use: str) -> float:
+    """Return how far a stick is pushed ahead, or to the left (REP 103)."""
+    axis = LAYOUT[use]
+    value = pad.axes.get(axis["axis"], 0.0)
+    return float(axis["sign"] * without_dead_zone(value, LAYOUT["dead_zone"]))

@@ -8,18 +8,27 @@ from typing import Final
 from localization.types import Twist
 from teleop.operator.controls.key_events import Key, KeyEvent
 from teleop.operator.controls.repeat_timing import RepeatTiming
+from teleop.operator.operating_data import gears, key_actions
 
-SPEED_STEPS: Final = ((0.1, 0.3), (0.2, 0.5), (0.35, 0.8), (0.5, 1.0), (0.7, 1.2))
-"""Forward speed [m/s] and turn rate [rad/s] of each step; the last are the limits of the default joystick layout."""
-FIRST_STEP: Final = 2
-"""Index of the step at the start."""
+CAREFUL: Final = 0
+"""Index of the gear at the start where releases are not reported: a tap drives on for a while there."""
+NORMAL: Final = 1
+"""Index of the gear at the start elsewhere."""
 TERMINAL_SILENCE: Final = 600_000_000
 """With reports of releases: all keys count as released if the terminal has not answered for this long [ns]. A
 terminal whose connection hangs would never report the release."""
 
-FORWARD: Final = {"w": 1, "s": -1, "up": 1, "down": -1}
+FORWARD: Final = {
+    key: 1 if action == "forward" else -1
+    for key, action in key_actions().items()
+    if action in ("forward", "backward")
+}
 """Keys that drive, by the sign of the speed."""
-TURN: Final = {"a": 1, "d": -1, "left": 1, "right": -1}
+TURN: Final = {
+    key: 1 if action == "left" else -1
+    for key, action in key_actions().items()
+    if action in ("left", "right")
+}
 """Keys that turn, by the sign of the turn rate."""
 
 
@@ -34,8 +43,8 @@ class Keyboard:
 
     reports_releases: bool = False
     """Whether the terminal reports releases."""
-    step: int = FIRST_STEP
-    """Index of the speed step."""
+    gear: int = NORMAL
+    """Index of the gear."""
     timing: RepeatTiming = field(default_factory=RepeatTiming)
     """Measured repeats, for terminals that report no releases."""
     _held: dict[str, int] = field(default_factory=dict)
@@ -74,17 +83,17 @@ class Keyboard:
         self.release_all()
         self._blocked_until = 0 if self.reports_releases else now + self.timing.first_hold
 
-    def change_speed(self, steps: int) -> None:
-        """Change the speed by a number of steps, within the limits."""
-        self.step = min(max(self.step + steps, 0), len(SPEED_STEPS) - 1)
+    def shift(self, gear: int) -> None:
+        """Engage a gear by its index, or the one that is nearest to it."""
+        self.gear = min(max(gear, 0), len(gears()) - 1)
 
     def twist(self, now: int) -> tuple[Twist, bool]:
         """Return the twist that the held keys request at a time [ns], and whether any is held (the deadman)."""
         self._expire(now)
-        speed, rate = SPEED_STEPS[self.step]
+        gear = gears()[self.gear]
         forward = sum(FORWARD.get(key, 0) for key in self._held)
         turn = sum(TURN.get(key, 0) for key in self._held)
-        return Twist.planar(speed * forward, rate * turn), bool(self._held)
+        return Twist.planar(gear.speed * forward, gear.turn * turn), bool(self._held)
 
     @property
     def unknown(self) -> str:

@@ -7,12 +7,10 @@ from typing import Any, Final
 
 from teleop.operator.controls.gamepad import ButtonChanged, PadChanged, PadEvent, StickMoved
 
-_AXES: Final = {0: "left x", 1: "left y"}
-"""Names by SDL_GameControllerAxis."""
-_BUTTONS: Final = {
-    0: "a", 1: "b", 2: "x", 3: "y", 4: "back", 6: "start", 9: "left shoulder", 10: "right shoulder",
-}  # fmt: skip
-"""Names by SDL_GameControllerButton."""
+_AXES: Final = (0, 1)
+"""The left stick, which SDL and browsers number alike."""
+_BUTTONS: Final = {0: 0, 1: 1, 2: 2, 3: 3, 4: 8, 6: 9, 9: 4, 10: 5}
+"""Indices of a standard gamepad (W3C) by SDL_GameControllerButton."""
 _FULL: Final = 32768.0
 """Full deflection of an axis."""
 
@@ -64,7 +62,7 @@ class PygamePads:
             self._open.pop(event.instance_id, None)
             return [PadChanged(int(event.instance_id), "", present=False)]
         if event.type == pg.CONTROLLERAXISMOTION and event.axis in _AXES:
-            return [StickMoved(int(event.instance_id), _AXES[event.axis], event.value / _FULL)]
+            return [StickMoved(int(event.instance_id), event.axis, event.value / _FULL)]
         if (
             event.type in (pg.CONTROLLERBUTTONDOWN, pg.CONTROLLERBUTTONUP)
             and event.button in _BUTTONS

@@ -8,9 +8,9 @@ from typing import Final
 
 from PIL import Image, ImageDraw, ImageFont
 
-from localization.display.colours import GREEN, ORANGE, RED, STALE, Colour
+from localization.display.colours import GREEN, ORANGE, RED, SKY, STALE, Colour
+from teleop.operator.robot_state.alarm_rules import Severity
 from teleop.operator.robot_state.banner import Banner
-from teleop.operator.robot_state.robot_alarms import Severity
 
 WIDTH: Final = 2200
 """Width of the picture [pixels]."""
@@ -19,6 +19,7 @@ HEIGHT: Final = 88
 
 _COLOURS: Final[dict[Severity, Colour]] = {
     Severity.CALM: GREEN,
+    Severity.INFO: SKY,
     Severity.STALE: STALE,
     Severity.WARNING: ORANGE,
     Severity.ALARM: RED,

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from teleop.operator.robot_state.robot_alarms import Notice
+from teleop.operator.robot_state.alarm_rules import Notice
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,10 +1,8 @@
-"""What happened to the connection, and how long ago, in words for an operator."""
+"""What happened to the connection, in words for an operator."""
 
 from __future__ import annotations
 
 from typing import Final
-
-from localization.types import SECOND
 
 _WORDS: Final = (
     ("keepalive ping timeout", "the robot stopped answering"),
@@ -30,15 +28,3 @@ def plain_reason(reason: str) -> str:
         if part in reason:
             return words
     return reason or "the connection broke off"
-
-
-def age_words(age: int) -> str:
-    """Return a time [ns] as a person says it: ``0.6 s``, ``12 s``, ``3 min``, ``2 h``."""
-    seconds = age / SECOND
-    if seconds < 9.95:
-        return f"{seconds:.1f} s"
-    if seconds < 99.5:
-        return f"{seconds:.0f} s"
-    if seconds < 5400.0:
-        return f"{seconds / 60.0:.0f} min"
-    return f"{seconds / 3600.0:.0f} h"

@@ -6,10 +6,10 @@ from collections import deque
 from typing import Final
 
 from localization.types import SECOND
+from teleop.operator.operating_data import operating_data
 
-STALE: Final = 400_000_000
-"""Age from which a source is stale [ns]. Everything that is drawn comes at 10 Hz at least; with a look every
-100 ms it is grey within half a second."""
+STALE: Final = round(operating_data("alarms")["old"] * SECOND)
+"""Age from which a source is stale [ns]."""
 _WINDOW: Final = 2 * SECOND
 """Time over which rates are counted [ns]."""
 

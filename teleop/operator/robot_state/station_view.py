@@ -8,28 +8,27 @@ from dataclasses import dataclass
 from typing import Any, Final
 
 from localization.types import SECOND
+from teleop.operator.operating_data import operating_data
+from teleop.operator.robot_state.alarm_rules import Alarm, Notice, Severity, alarms_of
 from teleop.operator.robot_state.banner import Banner
 from teleop.operator.robot_state.event_list import EventList
-from teleop.operator.robot_state.link_words import age_words, plain_reason
-from teleop.operator.robot_state.robot_alarms import Notice, RobotAlarms, Severity
+from teleop.operator.robot_state.link_words import plain_reason
+from teleop.operator.robot_state.reported_facts import ReportedFacts
 from teleop.operator.robot_state.robot_run import RobotRun
 from teleop.operator.robot_state.source_ages import STALE, SourceAges
+from teleop.operator.words import Facts, age_words
 
-LOST_AFTER: Final = 800_000_000
-"""Silence of the robot after which the link is called lost, if a question is not answered either [ns]."""
 _ANSWER: Final = 300_000_000
 """Time within which a question is answered, or within twice the last round trip if that is longer [ns]."""
-SLOW: Final = 0.5
-"""Round trip from which the operator is warned [s]: beyond it people stop driving continuously and begin to move and
-wait (Ferrell 1965; Sheridan 1993)."""
-_TIME_RUNS: Final = SECOND
-"""Silence after which a robot whose server answers is said to stand still in time [ns]."""
 _RATES: Final = (("/tf", "pose"), ("/scan", "scan"), ("/local_cloud", "cloud"))
-_HEALTH: Final = {
-    "tracking": Severity.CALM,
-    "lost": Severity.ALARM,
+_COLOURS: Final = {
+    "unknown": Severity.STALE,
+    "green": Severity.CALM,
+    "amber": Severity.WARNING,
+    "red": Severity.ALARM,
 }
-"""Severity by health; any other is a warning."""
+_TOLD_OTHERWISE: Final = ("link", "place")
+"""Groups of alarms whose begin is an event of its own."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -53,18 +52,17 @@ class StationView:
         """Start without a connection; changes become events."""
         self.events = events
         self.ages = SourceAges()
-        self.alarms = RobotAlarms()
+        self.reported = ReportedFacts()
         self.run = RobotRun()
         self.health, self.reasons = "", ""
-        self.placed = False
-        """Whether the robot has a pose."""
         self.control, self.controller, self.control_reason = "", "", ""
-        self._old_commands = ""
+        self._commands: Facts = {}
+        self._active: frozenset[str] = frozenset()
         self.map = ""
         """What is known of the robot's map, in words."""
         self.speed: float | None = None
         """Forward speed as the robot reports it [m/s]."""
-        self._connected, self._why, self._since = False, "not connected yet", 0
+        self._connected, self._was_connected, self._why, self._since = False, False, "", 0
         self._round_trip: int | None = None
         self._asked: int | None = None
         self._said: dict[str, str] = {}
@@ -75,7 +73,7 @@ class StationView:
         if anew:
             self.events.add("the robot began anew: everything before is another recording")
             self.ages.forget()
-            self.alarms, self.placed, self.health, self.speed = RobotAlarms(), False, "", None
+            self.reported, self.health, self.speed = ReportedFacts(), "", None
             self._said.clear()
         self.ages.received(topic, now)
         self._noticed(topic, message, now)
@@ -85,16 +83,12 @@ class StationView:
                 self.reasons = "; ".join(str(reason) for reason in message["reasons"])
                 why = f" ({self.reasons})" if self.reasons else ""
                 self._changed("health", self.health, f"health: {self.health}{why}")
-            case "/tf":
-                children = {str(link["child_frame_id"]) for link in message["transforms"]}
-                if "base_link" in children:
-                    self.placed = "odom" in children
             case "/odom":
                 self.speed = float(message["twist"]["twist"]["linear"]["x"])
             case "/teleop/state":
                 self.control, self.controller = str(message["state"]), str(message["controller"])
                 self.control_reason = str(message["reason"])
-                self._old_commands = _old_commands(message)
+                self._commands = _command_facts(message)
                 if self.controller:
                     self._changed("driver", self.controller, f"{self.controller} drives")
         return anew
@@ -102,7 +96,7 @@ class StationView:
     def connection(self, connected: bool, reason: str, now: int) -> None:
         """Note that the connection was made or lost at a time [ns]."""
         self._connected, self._why, self._since = connected, plain_reason(reason), now
-        self._asked = None
+        self._asked, self._was_connected = None, self._was_connected or connected
         if connected:
             self.events.add(f"connected: {reason}")
         else:
@@ -129,48 +123,80 @@ class StationView:
         waiting = self.unanswered(now)
         return max(self._round_trip or 0, waiting) / SECOND
 
+    def facts(self, now: int) -> Facts:
+        """Return what is known at a time [ns], by the names that the rules of the alarms use."""
+        newest, trip = self.ages.newest, self.round_trip(now)
+        # What came over the last connection says nothing of this one.
+        silence = None if newest is None else (now - max(newest, self._since)) / SECOND
+        fresh = not self.ages.stale("/localization/status", now)
+        return {
+            **self.reported.facts(now),
+            **({} if self.ages.stale("/teleop/state", now) else self._commands),
+            "connected": self._connected,
+            "was_connected": self._was_connected,
+            "offline": (now - self._since) / SECOND,
+            "why": self._why,
+            "silence": silence,
+            "answering": self._round_trip is not None
+            and self.unanswered(now) <= max(_ANSWER, 2 * self._round_trip),
+            "link": self._grade(trip),
+            "link_figures": _trip_words(trip),
+            "health": self.health if fresh else None,
+            "reason": self.reasons,
+        }
+
+    def alarms(self, now: int) -> tuple[Alarm, ...]:
+        """Return the alarms at a time [ns], the worst first."""
+        return alarms_of(self.facts(now), self._active)
+
     def link(self, now: int) -> Notice:
         """Return the state of the link at a time [ns]."""
+        if found := [alarm for alarm in self.alarms(now) if alarm.group == "link"]:
+            return found[0]
         silence = self.ages.silence(now)
-        if not self._connected:
-            quiet = now - self._since if silence is None else silence
-            return Notice(Severity.ALARM, f"LINK LOST for {age_words(quiet)}: {self._why}")
         if silence is None:
-            return Notice(Severity.STALE, "CONNECTED, nothing received yet")
-        overdue = self.unanswered(now) > max(_ANSWER, 2 * (self._round_trip or 0))
-        if silence > LOST_AFTER and overdue:
-            words = f"LINK LOST for {age_words(silence)}: the robot does not answer"
-            return Notice(Severity.ALARM, words)
-        if silence > _TIME_RUNS:
-            words = f"NOTHING PUBLISHED for {age_words(silence)}, though the robot's server answers"
-            return Notice(Severity.WARNING, words)
+            text = "Connected, nothing received yet" if self._connected else "Not connected yet"
+            return Notice(Severity.STALE, text)
         if silence > STALE:
-            return Notice(Severity.STALE, f"NOTHING RECEIVED for {age_words(silence)}")
-        if (trip := self.round_trip(now)) is not None and trip > SLOW:
-            return Notice(Severity.WARNING, f"SLOW LINK: round trip {trip:.1f} s")
-        return Notice(Severity.CALM, "LINK OK")
+            return Notice(Severity.STALE, f"Nothing received for {age_words(silence / SECOND)}")
+        grade = operating_data("words")["link"]["words"][self._grade(self.round_trip(now))]
+        severity = _COLOURS["green" if grade["colour"] == "unknown" else grade["colour"]]
+        return Notice(severity, f"Link: {grade['words']}")
 
     def notices(self, now: int) -> tuple[Notice, ...]:
         """Return what to report of the robot at a time [ns], the worst first."""
-        found = list(self.alarms.notices(now))
-        if self._old_commands and not self.ages.stale("/teleop/state", now):
-            found.append(Notice(Severity.WARNING, self._old_commands))
-        if self.ages.stale("/localization/status", now) or not self.health:
-            age = self.ages.age("/localization/status", now)
-            old = f"{age_words(age)} ago: {self.health}" if age is not None else "never received"
-            found.append(Notice(Severity.STALE, f"POSE {old}"))
-        elif not self.placed:
-            found.append(Notice(Severity.WARNING, f"NO POSE, {self.health}: give a hint (h, n)"))
-        else:
-            severity = _HEALTH.get(self.health, Severity.WARNING)
-            why = f": {self.reasons}" if severity is not Severity.CALM and self.reasons else ""
-            found.append(Notice(severity, f"{self.health.upper()}{why}"))
+        alarms = self.alarms(now)
+        found: list[Notice] = [alarm for alarm in alarms if alarm.group != "link"]
+        if not any(alarm.group == "place" for alarm in alarms):
+            found.append(self._place(now))
         return tuple(sorted(found, key=lambda notice: -notice.severity))
+
+    def _place(self, now: int) -> Notice:
+        """Return what is known of the robot's place."""
+        age = self.ages.age("/localization/status", now)
+        if age is None:
+            return Notice(Severity.STALE, "Nothing is known of its place")
+        unknown = {"words": self.health, "colour": "amber"}
+        state = operating_data("words")["health"].get(self.health, unknown)
+        if age > STALE:
+            return Notice(Severity.STALE, f"{age_words(age / SECOND)} ago: {state['words']}")
+        severity = _COLOURS[state["colour"]]
+        why = f" ({self.reasons})" if severity is not Severity.CALM and self.reasons else ""
+        return Notice(severity, f"{state['words']}{why}")
+
+    def _grade(self, trip: float | None) -> str:
+        """Return how good the link is by a round trip [s]."""
+        limits = operating_data("words")["link"]["limits"]["round_trip"]
+        if not self._connected:
+            return "lost"
+        if trip is None:
+            return "unknown"
+        if trip <= limits["green"]:
+            return "good"
+        return "slow" if trip <= limits["amber"] else "bad"
 
     def figures(self, now: int) -> tuple[str, ...]:
         """Return round trip, rates, speed and tilt at a time [ns], in short lines."""
-        trip = self.round_trip(now)
-        first = "round trip " + ("unknown" if trip is None else f"{1e3 * trip:.0f} ms")
         rates = [
             f"{name} {self.ages.rate(topic, now):.0f}"
             for topic, name in _RATES
@@ -178,9 +204,10 @@ class StationView:
         ]
         fresh = not self.ages.stale("/odom", now)
         speed = "speed ?" if self.speed is None or not fresh else f"{self.speed:+.2f} m/s"
-        tilt = self.alarms.tilt
+        tilt = self.reported.tilt
         known = tilt is not None and not self.ages.stale("/imu/data", now)
         angle = f"tilt {math.degrees(tilt):.0f} deg" if known and tilt is not None else "tilt ?"
+        first = _trip_words(self.round_trip(now))
         return (first, "  ".join(rates) + (" Hz" if rates else "no data"), f"{speed}   {angle}")
 
     def pulse(self, now: int) -> Pulse:
@@ -196,15 +223,17 @@ class StationView:
         return Pulse(silence or 0, stale, state, banner)
 
     def _noticed(self, topic: str, message: Mapping[str, Any], now: int) -> None:
-        """Take an alarm, and report a new one."""
-        before = {notice.text for notice in self.alarms.notices(now)}
-        self.alarms = self.alarms.after(topic, message, now)
-        for notice in self.alarms.notices(now):
-            # A tilt changes by the degree; it is on the banner.
-            if notice.text not in before and not notice.text.startswith("TILTED"):
-                self.events.add(notice.text)
-        released = topic == "/teleop/state" and not message["estop"]
-        if released and any(text.startswith("E-STOP") for text in before):
+        """Take what the robot reports, and report a new alarm."""
+        before = self.reported
+        self.reported = before.after(topic, message, now)
+        if self.reported is before:
+            return
+        alarms = self.alarms(now)
+        for alarm in alarms:
+            if alarm.kind not in self._active and alarm.group not in _TOLD_OTHERWISE:
+                self.events.add(alarm.text)
+        self._active = frozenset(alarm.kind for alarm in alarms)
+        if before.estop is not None and self.reported.estop is None:
             self.events.add(f"e-stop released: {message['reason']}")
 
     def _changed(self, what: str, state: str, text: str) -> None:
@@ -213,14 +242,16 @@ class StationView:
             self.events.add(text)
 
 
-def _old_commands(state: Mapping[str, Any]) -> str:
-    """Return in words what the robot does since the driver's commands reach it late; empty if they do not."""
+def _trip_words(trip: float | None) -> str:
+    """Return a round trip [s] in words."""
+    return "round trip " + ("unknown" if trip is None else f"{1e3 * trip:.0f} ms")
+
+
+def _command_facts(state: Mapping[str, Any]) -> Facts:
+    """Return how late the driver's commands reach the robot, and what it does about it."""
     age = float(state.get("link_age", 0.0))
     slow, refuse = float(state.get("slow_above", 0.0)), float(state.get("refuse_above", 0.0))
     if not str(state["controller"]):
-        return ""
-    if 0.0 < refuse < age:
-        return f"COMMANDS ARRIVE {age:.1f} s OLD: refused"
-    if 0.0 < slow < age:
-        return f"COMMANDS ARRIVE {age:.1f} s OLD: the robot drives slower"
-    return ""
+        return {}
+    late = "refused" if 0.0 < refuse < age else "slowed" if 0.0 < slow < age else ""
+    return {"commands": late, "command_age": age}

@@ -7,30 +7,24 @@ import textwrap
 from contextlib import suppress
 from typing import Final
 
-from teleop.operator.controls.keyboard import SPEED_STEPS, Keyboard
-from teleop.operator.robot_state.robot_alarms import Severity
+from teleop.operator.controls.gamepad import LAYOUT
+from teleop.operator.controls.keyboard import Keyboard
+from teleop.operator.operating_data import gears, station_keys
+from teleop.operator.robot_state.alarm_rules import Severity
 from teleop.operator.robot_state.station_view import StationView
 from teleop.operator.terminal.hint_prompt import HintPrompt
 from teleop.operator.terminal.terminal import Terminal
 
-HELP: Final = (
-    "w s, up down    ahead, back             +  -  speed step up, down",
-    "a d, left right turn; with w or s: curve    space  stop",
-    "e  E-STOP   (p  release it)             t  take over from another driver",
-    "h  hint at a named place                n  hint by numbers: x y heading",
-    "u  undo a hint or a find                f  find the robot in the whole map",
-    "?  this help                            q q, Ctrl-C  end",
-)
-"""What the keys do."""
-
 _MARKS: Final = {
     Severity.CALM: "   ",
+    Severity.INFO: " i ",
     Severity.STALE: " . ",
     Severity.WARNING: " ! ",
     Severity.ALARM: "!!!",
 }
 _STYLES: Final = {
     Severity.CALM: "32",
+    Severity.INFO: "36",
     Severity.STALE: "90",
     Severity.WARNING: "33",
     Severity.ALARM: "1;37;41",
@@ -53,7 +47,7 @@ def panel_lines(
 
     Args:
         view: What is known of robot and link.
-        keyboard: Speed step and what the terminal does not report.
+        keyboard: Gear and what the terminal does not report.
         now: Time of the station [ns].
         title: First line.
         pads: Names of gamepads.
@@ -67,25 +61,37 @@ def panel_lines(
         marked = f"{_MARKS[notice.severity]} {notice.text}"
         lines += [(notice.severity, line) for line in _wrapped(marked, width)]
     lines.append((None, "    " + "   ".join(view.figures(now))))
-    speed, turn = SPEED_STEPS[keyboard.step]
-    step = f"speed step {keyboard.step + 1} of {len(SPEED_STEPS)}: {speed} m/s, {turn} rad/s"
-    for text in (f"{step}   drive: {_drive(view, now)}", view.map):
+    gear = gears()[keyboard.gear]
+    speeds = f"gear {gear.name}: {gear.speed:g} m/s, {gear.turn:g} rad/s"
+    for text in (f"{speeds}   drive: {_drive(view, now)}", view.map):
         lines += [(None, line) for line in _wrapped(f"    {text}", width) if text]
     if pads:
-        lines.append(
-            (None, f"    gamepad {', '.join(pads)}: left shoulder held, left stick; B E-STOP")
-        )
+        lines += [(None, line) for line in _wrapped(f"    {_pad_words(pads)}", width)]
     if keyboard.unknown:
         lines += [(Severity.STALE, line) for line in _wrapped(f"    {keyboard.unknown}", width)]
     if prompt is not None:
         lines += [(Severity.WARNING, f"    {line}") for line in prompt.lines]
     elif help_shown:
-        lines += [(None, "")] + [(None, f"    {line}") for line in HELP]
+        lines += [(None, "")] + [(None, f"    {line}") for line in _help(width - 4)]
     lines.append((None, ""))
     room = max(0, height - len(lines))
     events = [line for event in view.events.last(room) for line in _wrapped(str(event), width)]
     lines += [(None, line) for line in events[len(events) - min(room, len(events)) :]]
     return [(severity, line[:width]) for severity, line in lines[:height]]
+
+
+def _help(width: int) -> list[str]:
+    """Return what the keys do, in two columns where they fit."""
+    entries = [f"{key['keys']:<17}{key['does']}" for key in station_keys()]
+    wide = max(len(entry) for entry in entries) + 2
+    half = len(entries) if width < 2 * wide else -(-len(entries) // 2)
+    return ["".join(entry.ljust(wide) for entry in entries[i::half]).rstrip() for i in range(half)]
+
+
+def _pad_words(pads: tuple[str, ...]) -> str:
+    """Return the names of gamepads, and what their buttons do."""
+    uses = (f"{use['name']} {use['does']}" for use in LAYOUT["buttons"].values())
+    return f"gamepad {', '.join(pads)}: left stick; {'; '.join(uses)}"
 
 
 def _wrapped(text: str, width: int) -> list[str]:

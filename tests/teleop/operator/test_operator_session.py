@@ -124,7 +124,7 @@ async def station(
             _running(terminal, rig.server.url, home, options) as process,
         ):
             operated = Station(terminal, stepper, process)
-            await operated.shows("LINK OK")
+            await operated.shows("Link: good")
             yield operated, rig
 
 
@@ -168,7 +168,7 @@ async def test_key_held_through_an_e_stop_does_not_drive_when_it_is_released(
         await operated.until(lambda: operated.robot.speed > 0.3, "driving")
         operated.terminal.type(b"e")
         await operated.until(operated.mode(ControlMode.ESTOP), "stopped")
-        await operated.shows("E-STOP: e-stop by")
+        await operated.shows("E-stop (pressed by")
         operated.terminal.type(b"\x1b[119;1:2u")  # it still repeats
         operated.terminal.type(b"p")
         await operated.until(operated.mode(ControlMode.IDLE), "released")
@@ -186,23 +186,23 @@ async def test_hints_are_given_at_a_place_and_by_numbers_and_judged(
     robots: Robots, home: dict[str, str]
 ) -> None:
     async with station(robots, home, XTERM) as (operated, _):
-        await operated.shows("NO POSE")
+        await operated.shows("Not placed yet")
         await operated.shows("releases are not reported here")
         operated.terminal.type(b"n")
         await operated.shows("x [m], y [m], heading [deg]")
         operated.terminal.type(b"1 1 0\n")
-        await operated.shows("hint rejected")
+        await operated.shows("Hint rejected")
         await operated.robot.step(60)  # a hint a second
         operated.terminal.type(b"h")
         await operated.shows("3 hall")
         operated.terminal.type(b"3\n")
-        await operated.shows("hint accepted")
-        await operated.shows("TRACKING")
+        await operated.shows("Hint accepted")
+        await operated.shows("Knows where it is")
         operated.terminal.type(b"qq")
         await asyncio.to_thread(operated.process.wait, 60)
         assert operated.process.returncode == 0
         # What was on the screen stays on the terminal.
-        operated.terminal.wait_for(b"hint accepted")
+        operated.terminal.wait_for(b"Hint accepted")
 
 
 @in_a_loop
@@ -229,11 +229,11 @@ async def test_refused_hint_is_status_1_and_an_old_verdict_is_not_its_answer(
         options = ("operate", server.url, "--no-viewer", "--duration", "5")
         status, out, err = await command(*options, "--hint", "1", "1", "0")
         assert status == 1, err
-        assert out.count("hint rejected") == 1
+        assert out.count("Hint rejected") == 1
         assert old not in out
         status, out, err = await command(*options, "--hint", "24.2", "3", "180")
         assert status == 0, err
-        assert "hint rejected" not in out
+        assert "Hint rejected" not in out
 
 
 class Pads:
@@ -277,13 +277,13 @@ async def test_gamepad_drives_until_it_is_unplugged_and_link_loss_is_reported_in
                 await asyncio.sleep(0.01)
             raise AssertionError([str(event) for event in events.last(20)])
 
-        pads.events = [PadChanged(1, "Pad", present=True), StickMoved(1, "left y", -1.0)]
+        pads.events = [PadChanged(1, "Pad", present=True), StickMoved(1, 1, -1.0)]
         pads.events += [ButtonChanged(1, DEADMAN, pressed=True)]
         await until(lambda: stepper.messages("/ground_truth/odom") and stepper.speed > 0.3)
         pads.events = [PadChanged(1, "", present=False)]
         await until(lambda: abs(stepper.speed) < 0.01)
         assert stepper.last("/teleop/state")["reason"] == "neutral"
-        pads.events = [PadChanged(1, "Pad", present=True), ButtonChanged(1, "b", pressed=True)]
+        pads.events = [PadChanged(1, "Pad", present=True), ButtonChanged(1, 1, pressed=True)]
         await until(lambda: stepper.last("/teleop/state")["estop"])
         await stack.aclose()
         await soon(lost.wait())

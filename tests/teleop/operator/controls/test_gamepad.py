@@ -14,11 +14,11 @@ from teleop.operator.controls.gamepad import (
     PadChanged,
     StickMoved,
 )
-from teleop.operator.controls.keyboard import SPEED_STEPS
+from teleop.operator.operating_data import gears
 
 
 def _wants(pad: Gamepad) -> tuple[float, float] | None:
-    twist, held = pad.twist(2)
+    twist, held = pad.twist(1)
     return (float(twist.linear[0]), float(twist.angular[2])) if held else None
 
 
@@ -27,8 +27,8 @@ def pad() -> Gamepad:
     """A pad whose stick is pushed ahead and to the right."""
     pad = Gamepad()
     pad.take(PadChanged(7, "Pad", present=True))
-    pad.take(StickMoved(7, "left y", -1.0))
-    pad.take(StickMoved(7, "left x", 1.0))
+    pad.take(StickMoved(7, 1, -1.0))
+    pad.take(StickMoved(7, 0, 1.0))
     return pad
 
 
@@ -36,9 +36,9 @@ def test_stick_drives_only_while_the_deadman_is_held(pad: Gamepad) -> None:
     assert pad.names == ("Pad",)
     assert _wants(pad) is None
     pad.take(ButtonChanged(7, DEADMAN, pressed=True))
-    assert _wants(pad) == (0.35, -0.8)
+    assert _wants(pad) == (0.5, -1.2)
     pad.take(ButtonChanged(7, TURBO, pressed=True))
-    assert _wants(pad) == (SPEED_STEPS[-1][0], -SPEED_STEPS[-1][1])
+    assert _wants(pad) == (gears()[-1].speed, -gears()[-1].turn)
     pad.take(ButtonChanged(7, DEADMAN, pressed=False))
     assert _wants(pad) is None
 
@@ -48,7 +48,7 @@ def test_unplugged_pad_is_neutral_and_needs_its_deadman_anew(pad: Gamepad) -> No
     pad.take(PadChanged(7, "", present=False))
     assert _wants(pad) is None
     assert pad.names == ()
-    pad.take(StickMoved(7, "left y", -1.0))
+    pad.take(StickMoved(7, 1, -1.0))
     pad.take(PadChanged(7, "Pad", present=True))
     assert _wants(pad) is None
     pad.take(ButtonChanged(7, DEADMAN, pressed=True))
@@ -66,16 +66,16 @@ def test_deadman_held_through_an_e_stop_must_be_pressed_anew(pad: Gamepad) -> No
 
 def test_stick_near_its_middle_is_at_rest_and_the_rest_is_rescaled(pad: Gamepad) -> None:
     pad.take(ButtonChanged(7, DEADMAN, pressed=True))
-    for value, speed in ((0.11, 0.0), (-0.56, 0.175), (-2.0, 0.35), (float("nan"), 0.0)):
-        pad.take(StickMoved(7, "left y", value))
-        assert pad.twist(2)[0].linear[0] == pytest.approx(speed)
+    for value, speed in ((0.11, 0.0), (-0.56, 0.25), (-2.0, 0.5), (float("nan"), 0.0)):
+        pad.take(StickMoved(7, 1, value))
+        assert pad.twist(1)[0].linear[0] == pytest.approx(speed)
 
 
 def test_buttons_are_actions(pad: Gamepad) -> None:
-    pressed = [pad.take(ButtonChanged(7, b, pressed=True)) for b in ("b", "back", "start", "a")]
-    assert pressed == ["estop", "reset", "take_over", None]
-    assert pad.take(ButtonChanged(7, "b", pressed=False)) is None
-    assert pad.take(ButtonChanged(99, "b", pressed=True)) is None  # of no known pad
+    pressed = [pad.take(ButtonChanged(7, b, pressed=True)) for b in (1, 8, 9, 3, 0)]
+    assert pressed == ["estop", "reset", "take_over", "find", None]
+    assert pad.take(ButtonChanged(7, 1, pressed=False)) is None
+    assert pad.take(ButtonChanged(99, 1, pressed=True)) is None  # of no known pad
 
 
 def test_events_of_pygame_are_those_of_the_standard_layout() -> None:
@@ -102,7 +102,7 @@ def test_events_of_pygame_are_those_of_the_standard_layout() -> None:
         post(pygame.CONTROLLERBUTTONDOWN, button=5)  # the guide button
         post(pygame.CONTROLLERDEVICEREMOVED)
         assert pads.poll() == [
-            StickMoved(3, "left y", -1.0),
+            StickMoved(3, 1, -1.0),
             ButtonChanged(3, DEADMAN, pressed=True),
             ButtonChanged(3, DEADMAN, pressed=False),
             PadChanged(3, "", present=False),

@@ -5,11 +5,12 @@ from __future__ import annotations
 import pytest
 
 from teleop.operator.controls.key_events import Key, KeyEvent
-from teleop.operator.controls.keyboard import FIRST_STEP, SPEED_STEPS, TERMINAL_SILENCE, Keyboard
+from teleop.operator.controls.keyboard import NORMAL, TERMINAL_SILENCE, Keyboard
 from teleop.operator.controls.repeat_timing import DELAY_MARGIN, UNMEASURED_DELAY, RepeatTiming
+from teleop.operator.operating_data import gears
 
 _MS = 1_000_000
-_SPEED, _TURN = SPEED_STEPS[FIRST_STEP]
+_SPEED, _TURN = gears()[NORMAL].speed, gears()[NORMAL].turn
 
 
 def _wants(board: Keyboard, now: int) -> tuple[float, float] | None:
@@ -162,17 +163,14 @@ def test_terminal_that_answers_no_more_releases_all_keys() -> None:
 # ---- both
 
 
-def test_speed_goes_in_steps_within_its_limits() -> None:
-    board = Keyboard()
+def test_gears_are_shifted_within_their_number() -> None:
+    board = Keyboard(reports_releases=True)
     board.take(Key("up"), 0)
-    board.take(Key("right"), 0)
-    seen = []
-    for _ in range(4):
-        seen.append(_wants(board, 1))
-        board.change_speed(1)
-    assert seen == [(0.35, -0.8), (0.5, -1.0), (0.7, -1.2), (0.7, -1.2)]
-    board.change_speed(-99)
-    assert _wants(board, 1) == (0.1, -0.3)
+    assert _wants(board, 0) == (_SPEED, 0.0)
+    board.shift(99)
+    assert _wants(board, 0) == (gears()[-1].speed, 0.0)
+    board.shift(-1)
+    assert _wants(board, 0) == (gears()[0].speed, 0.0)
 
 
 def test_other_keys_are_no_motion() -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from pathlib import Path
 from typing import Any
 
@@ -16,16 +17,20 @@ from localization.types import SECOND
 from teleop.operator.display.banner_picture import HEIGHT, WIDTH, draw_banner
 from teleop.operator.display.display import Display
 from teleop.operator.display.restarting_display import RestartingDisplay, recording_of
+from teleop.operator.operating_data import operating_data
+from teleop.operator.robot_state.alarm_rules import Notice, Severity, alarms_of
 from teleop.operator.robot_state.banner import Banner
 from teleop.operator.robot_state.event_list import EventList
-from teleop.operator.robot_state.link_words import age_words, plain_reason
-from teleop.operator.robot_state.robot_alarms import BUMP_SHOWN, Notice, RobotAlarms, Severity
+from teleop.operator.robot_state.link_words import plain_reason
+from teleop.operator.robot_state.reported_facts import ReportedFacts
 from teleop.operator.robot_state.robot_run import RobotRun
 from teleop.operator.robot_state.source_ages import STALE, SourceAges
-from teleop.operator.robot_state.station_view import LOST_AFTER, StationView
+from teleop.operator.robot_state.station_view import StationView
+from teleop.operator.words import age_words
 from tests.teleop.operator.support import column, events, rows
 
 _MS = 1_000_000
+_TABLE = json.loads((Path(__file__).parents[1] / "alarm_cases.json").read_text(encoding="utf-8"))
 
 
 def stamp(ns: int) -> dict[str, int]:
@@ -189,6 +194,8 @@ def test_silence_greys_the_robot_and_the_lanes_and_comes_back(cloud: Cloud, tmp_
         receive("/localization/status", status(now), now)
         _pulsed(view, display, now)
         if now == 100 * _MS:
+            view.asked(now)
+            view.answered(now + _MS)
             for later in range(200, 5000, 100):
                 _pulsed(view, display, later * _MS)
     display.close()
@@ -260,29 +267,28 @@ def test_link_loss_is_reported_within_a_second_in_plain_words() -> None:
     view = _view()
     view.received("/clock", clock(0), 0)
     view.asked(0)
+    view.answered(10 * _MS)
     assert view.link(STALE).severity is Severity.CALM
-    assert view.link(500 * _MS).text == "NOTHING RECEIVED for 0.5 s"
-    told = view.link(LOST_AFTER + 1)
-    assert LOST_AFTER < SECOND
-    assert told.severity is Severity.ALARM
-    assert told.text == "LINK LOST for 0.8 s: the robot does not answer"
+    assert view.link(450 * _MS) == Notice(Severity.STALE, "Nothing received for 0.5 s")
     # Questions are asked every quarter of a second, the last one perhaps just before the link broke.
-    view.answered(240 * _MS)
     view.asked(250 * _MS)
-    assert view.link(LOST_AFTER + 1).text.startswith("LINK LOST")
+    told = view.link(600 * _MS)
+    assert told.severity is Severity.ALARM
+    assert told.text == "Nothing received for 0.6 s: what is shown is old."
     view.connection(
         False,
         "sent 1011 (internal error) keepalive ping timeout; no close frame received",
         5 * SECOND,
     )
-    assert view.link(6 * SECOND).text == "LINK LOST for 6.0 s: the robot stopped answering"
+    assert view.link(11 * SECOND).text == "No connection for 6.0 s. The robot stopped answering."
     assert (
         view.events.last(1)[0].text
         == "link lost: the robot stopped answering; the robot brakes by itself"
     )
-    view.connection(True, "ws://robot", 9 * SECOND)
-    view.received("/clock", clock(0), 9 * SECOND)
-    assert view.link(9 * SECOND).severity is Severity.CALM
+    view.connection(True, "ws://robot", 19 * SECOND)
+    assert view.link(19 * SECOND + STALE).severity is Severity.STALE  # what came before is old
+    view.received("/clock", clock(0), 19 * SECOND)
+    assert view.link(19 * SECOND).severity is Severity.CALM
 
 
 def test_robot_in_lockstep_that_stands_still_is_no_lost_link() -> None:
@@ -301,17 +307,22 @@ def test_slow_link_is_no_lost_one_while_messages_come() -> None:
     view.asked(0)
     for now in range(0, 3 * SECOND, 100 * _MS):
         view.received("/clock", clock(now), now)
-    assert view.link(2900 * _MS).text == "SLOW LINK: round trip 2.9 s"
+    assert view.link(150 * _MS) == Notice(Severity.CALM, "Link: good")
+    assert view.link(2900 * _MS).text == "The link is bad: round trip 2900 ms"
     view.answered(3 * SECOND)
     assert view.figures(3 * SECOND)[0] == "round trip 3000 ms"
+
+
+def test_station_that_never_connected_has_lost_nothing() -> None:
+    assert StationView(EventList()).link(9 * SECOND) == Notice(Severity.STALE, "Not connected yet")
 
 
 @pytest.mark.parametrize(
     ("age", "slow", "refuse", "words"),
     [
         (0.4, 0.5, 1.0, None),
-        (0.7, 0.5, 1.0, "COMMANDS ARRIVE 0.7 s OLD: the robot drives slower"),
-        (1.2, 0.5, 1.0, "COMMANDS ARRIVE 1.2 s OLD: refused"),
+        (0.7, 0.5, 1.0, "Commands arrive 0.7 s late: the robot drives slower."),
+        (1.2, 0.5, 1.0, "Commands arrive 1.2 s late: the robot refuses them."),
         (1.2, 0.0, 0.0, None),  # both switched off
     ],
 )
@@ -321,7 +332,7 @@ def test_old_commands_are_reported_with_what_the_robot_does(
     view = _view()
     ages = {"link_age": age, "slow_above": slow, "refuse_above": refuse}
     view.received("/teleop/state", {**control("armed", "driving", "ann"), **ages}, 0)
-    told = [notice.text for notice in view.notices(1) if notice.text.startswith("COMMANDS")]
+    told = [notice.text for notice in view.notices(1) if notice.text.startswith("Commands")]
     assert told == ([] if words is None else [words])
 
 
@@ -347,7 +358,7 @@ def test_reasons_are_words(reason: str, words: str) -> None:
 
 def test_ages_are_words() -> None:
     ages = (0.64, 9.9, 12.4, 99.0, 180.0, 7200.0)
-    said = [age_words(round(age * SECOND)) for age in ages]
+    said = [age_words(age) for age in ages]
     assert said == ["0.6 s", "9.9 s", "12 s", "99 s", "3 min", "2 h"]
 
 
@@ -371,8 +382,23 @@ def _drive(level: int, message: str) -> dict[str, Any]:
     }
 
 
-def test_estop_collision_stall_fall_and_tilt_are_notices_the_worst_first() -> None:
-    alarms = RobotAlarms()
+@pytest.mark.parametrize("case", _TABLE["cases"], ids=lambda case: str(case["name"]))
+def test_alarms_are_those_of_the_table_that_the_page_follows_too(case: dict[str, Any]) -> None:
+    found = alarms_of({**_TABLE["well"], **case["facts"]}, case.get("active", ()))
+    assert [[a.severity.name.lower(), a.kind, a.text] for a in found] == case["alarms"]
+
+
+def test_rules_of_alarms_are_followed_to_the_letter() -> None:
+    """No rule has a field that neither program reads, or a severity that does not exist."""
+    for rule in operating_data("alarms")["rules"]:
+        assert rule.keys() <= {"kind", "group", "severity", "repeat", "when", "words", "why"}
+        assert rule["severity"] in ("alarm", "warning", "info")
+        for condition in rule["when"]:
+            assert condition.keys() <= {"fact", "is", "above", "ends", "below"}
+
+
+def test_estop_collision_stall_fall_and_tilt_are_facts_that_end() -> None:
+    reported = ReportedFacts()
     for topic, message in (
         ("/imu/data", _imu(0.0, np.deg2rad(12.0))),
         ("/diagnostics", _drive(1, "left motors stalled; bumped in front")),
@@ -382,25 +408,25 @@ def test_estop_collision_stall_fall_and_tilt_are_notices_the_worst_first() -> No
         ),
         ("/teleop/state", control("estop", "e-stop by ann")),
     ):
-        alarms = alarms.after(topic, message, 0)
-    assert alarms.notices(1) == (
-        Notice(Severity.ALARM, "E-STOP: e-stop by ann"),
-        Notice(Severity.ALARM, "COLLISION in front, left"),
-        Notice(Severity.WARNING, "LEFT MOTORS STALLED"),
-        Notice(Severity.WARNING, "TILTED 12 deg, nose down"),
-    )
+        reported = reported.after(topic, message, 0)
+    assert [alarm.text for alarm in alarms_of(reported.facts(1))] == [
+        "E-stop (pressed by ann)",
+        "Collision in front, left",
+        "Drive: left motors stalled",
+        "Tilted by 12°, nose down",
+    ]
     for topic, message in (
         ("/imu/data", _imu(0.0, np.deg2rad(2.0))),
         ("/diagnostics", _drive(0, "ok")),
         ("/bumper_state", {"front_bumpers": [False] * 5, "rear_bumpers": [False] * 5}),
         ("/teleop/state", control()),
     ):
-        alarms = alarms.after(topic, message, SECOND)
-    assert [n.text for n in alarms.notices(BUMP_SHOWN)] == ["COLLISION in front, left"]
-    assert alarms.notices(BUMP_SHOWN + 1) == ()
-    assert alarms.after("/diagnostics", _drive(2, "fallen"), 0).notices(9 * SECOND)[0] == Notice(
-        Severity.ALARM, "FALLEN"
-    )
+        reported = reported.after(topic, message, SECOND)
+    held = alarms_of(reported.facts(2 * SECOND - 1))
+    assert [alarm.text for alarm in held] == ["Collision in front, left"]
+    assert alarms_of(reported.facts(2 * SECOND)) == ()
+    fallen = reported.after("/diagnostics", _drive(2, "fallen"), 0)
+    assert [alarm.kind for alarm in alarms_of(fallen.facts(9 * SECOND))] == ["fallen"]
 
 
 @pytest.mark.parametrize(
@@ -408,8 +434,9 @@ def test_estop_collision_stall_fall_and_tilt_are_notices_the_worst_first() -> No
     [(0.3, 0.0, "to the right"), (-0.3, 0.0, "to the left"), (0.0, -0.3, "nose up")],
 )
 def test_tilt_says_which_way(roll: float, pitch: float, words: str) -> None:
-    (notice,) = RobotAlarms().after("/imu/data", _imu(roll, pitch), 0).notices(0)
-    assert notice.text == f"TILTED 17 deg, {words}"
+    facts = ReportedFacts().after("/imu/data", _imu(roll, pitch), 0).facts(0)
+    assert facts["tilt"] == pytest.approx(np.rad2deg(0.3))
+    assert facts["tilt_direction"] == words
 
 
 @pytest.mark.parametrize(
@@ -427,7 +454,7 @@ def test_tilt_says_which_way(roll: float, pitch: float, words: str) -> None:
     ],
 )
 def test_unit_that_knows_no_orientation_gives_no_tilt(message: dict[str, Any]) -> None:
-    assert RobotAlarms().after("/imu/data", message, 0).tilt is None
+    assert ReportedFacts().after("/imu/data", message, 0).tilt is None
 
 
 def test_new_alarms_are_events_once() -> None:
@@ -437,8 +464,8 @@ def test_new_alarms_are_events_once() -> None:
         view.received("/bumper_state", {"front_bumpers": [False], "rear_bumpers": [True]}, k)
     view.received("/teleop/state", control("idle", "e-stop reset by ann"), 30)
     assert [str(e) for e in view.events.last(9)][1:] == [
-        "E-STOP: e-stop by ann",
-        "COLLISION behind",
+        "E-stop (pressed by ann)",
+        "Collision behind",
         "e-stop released: e-stop reset by ann",
     ]
 
@@ -460,9 +487,9 @@ def test_banner_is_red_for_an_alarm_and_grey_for_what_is_stale() -> None:
     from PIL import Image
 
     long = "a reason that is much longer than what fits into a line of the banner, " * 4
-    notices = (Notice(Severity.ALARM, "E-STOP: by ann"), Notice(Severity.WARNING, long))
+    notices = (Notice(Severity.ALARM, "E-stop: by ann"), Notice(Severity.WARNING, long))
     banner = Banner(
-        Notice(Severity.STALE, "NOTHING RECEIVED for 0.6 s"), notices, ("a", "b", "c", "d")
+        Notice(Severity.STALE, "Nothing received for 0.6 s"), notices, ("a", "b", "c", "d")
     )
     picture = np.asarray(Image.open(io.BytesIO(draw_banner(banner))))
     assert picture.shape == (HEIGHT, WIDTH, 3)

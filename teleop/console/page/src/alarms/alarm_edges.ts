@@ -1,7 +1,8 @@
 /** What has changed between two sets of alarms, and what of it is to be heard. */
 
+import { ALARM_RULES } from "../operating_data";
 import type { Severity } from "../values";
-import type { Alarm, AlarmKind } from "./alarm";
+import type { Alarm } from "./alarm";
 
 export interface AlarmEdges {
   readonly raised: readonly Alarm[];
@@ -21,12 +22,12 @@ function without(alarms: readonly Alarm[], others: readonly Alarm[]): readonly A
 /** An alarm that comes and goes is heard once in this time [ms]. */
 export const QUIET = 2000;
 
-/** Alarms that are heard again while they last, each so many milliseconds. */
-export const REPEATED: ReadonlyMap<AlarmKind, number> = new Map([["tipping", 1500], ["lost", 10_000]]);
+/** How often alarms are heard again while they last [ms]; most are not. */
+const REPEATED: ReadonlyMap<string, number> = new Map(ALARM_RULES.map(({ kind, repeat }) => [kind, 1000 * (repeat ?? Infinity)]));
 
 /** Decides which sound is due: the gravest of the alarms that began, or that are to be heard again. */
 export class AlarmBell {
-  private readonly heardAt = new Map<AlarmKind, number>();
+  private readonly heardAt = new Map<string, number>();
 
   /** Return the severity to sound now, if any. */
   due(edges: AlarmEdges, active: readonly Alarm[], now: number): Severity | undefined {

@@ -1,21 +1,18 @@
 /** Gathers what the alarms follow from. */
 
+import { STALE_AFTER } from "../operating_data";
 import type { LinkStatistics, RobotState } from "../robot/robot_state";
-import { alarmTexts } from "../texts/alarms";
+import type { Facts } from "../texts/filled";
 import { linkPanelTexts } from "../texts/panels";
 import type { ControlState, Session } from "../values";
-import type { AlarmFacts } from "./alarm";
-import { STALE_AFTER } from "./alarm_rules";
 import { linkWord } from "./link_grade";
 
-/** An attitude older than this says nothing about now [ms]. */
-const ATTITUDE_HOLDS = STALE_AFTER;
-
 /**
- * Return the facts at a time, read from the state without subscribing.
+ * Return the facts at a time, read from the state without subscribing; times in seconds, angles in degrees.
  *
  * @param now Time of the page's clock [ms].
  * @param heardAt When anything of the robot last arrived [ms]; undefined if nothing has.
+ * @param wasConnected Whether there was ever a connection: before the first one there is nothing to lose.
  */
 export function alarmFacts(
   state: RobotState,
@@ -23,35 +20,44 @@ export function alarmFacts(
   now: number,
   heardAt: number | undefined,
   wasConnected: boolean,
-): AlarmFacts {
+): Facts {
   const connection = state.connection.peek();
   const connected = connection.phase === "open";
   const status = state.status.peek();
   const control = state.control.peek();
   const attitude = state.attitude.peek();
-  const word = link === undefined ? "unknown" : linkWord(connected, link);
   return {
     connected,
-    connectionWords: connection.words,
-    wasConnected,
-    silence: heardAt === undefined ? undefined : now - Math.max(heardAt, connection.sinceAt),
+    was_connected: wasConnected,
+    why: connection.words,
+    offline: (now - connection.sinceAt) / 1000,
+    silence: heardAt === undefined ? undefined : (now - Math.max(heardAt, connection.sinceAt)) / 1000,
+    link: link === undefined ? "unknown" : linkWord(connected, link),
+    link_figures: link === undefined ? "" : linkPanelTexts.summary(link.roundTrip, link.jitter),
     health: status?.health,
-    reasons: status?.reasons ?? [],
-    estop: control?.estop ?? false,
-    estopReason: pressedBy(control?.reason ?? "", state.session.peek()?.name),
-    tilt: attitude === undefined || now - attitude.receivedAt > ATTITUDE_HOLDS
-      ? undefined
-      : tiltOf(attitude.roll, attitude.pitch),
-    link: word,
-    linkWords: link === undefined ? "" : linkPanelTexts.summary(link.roundTrip, link.jitter),
+    // The first clause of the first reason: the whole ones stand in the panel of the place.
+    reason: status?.reasons[0]?.split(";")[0],
+    estop: control?.estop,
+    ...stopFacts(control?.reason ?? "", state.session.peek()?.name),
+    ...(attitude === undefined || now - attitude.receivedAt > STALE_AFTER ? {} : tiltFacts(attitude.roll, attitude.pitch)),
     asking: askingUs(control, state.session.peek()),
   };
 }
 
-/** Return who pressed the e-stop, in words; another reason of the robot as it is. */
-export function pressedBy(reason: string, me: string | undefined): string {
+/** Return who pressed the e-stop, or another reason of the robot. */
+export function stopFacts(reason: string, me: string | undefined): Facts {
   const who = /^e-stop by (.{1,100})$/.exec(reason)?.[1];
-  return who === undefined ? reason : alarmTexts.pressedBy(who === me ? undefined : who);
+  return who === undefined ? { estop_reason: reason } : { estop_by: who === me ? "you" : who };
+}
+
+/** Return the tilt and where to, of a roll and a pitch [rad]. */
+export function tiltFacts(roll: number, pitch: number): Facts {
+  const tilt = tiltOf(roll, pitch);
+  const sideways = roll > 0 ? "to the right" : "to the left";
+  return {
+    tilt: tilt === undefined ? undefined : (tilt * 180) / Math.PI,
+    tilt_direction: Math.abs(roll) > Math.abs(pitch) ? sideways : pitch > 0 ? "nose down" : "nose up",
+  };
 }
 
 /** Return the angle between the robot's up and the vertical [rad] of a roll and a pitch [rad]. */

@@ -1,33 +1,29 @@
 /** How good the link is, in three colours and four words. */
 
+import { LINK, type Colour, type LinkWord } from "../operating_data";
 import type { LinkStatistics } from "../robot/robot_state";
 
-export type LinkColour = "unknown" | "green" | "amber" | "red";
-export type LinkWord = "unknown" | "good" | "slow" | "bad" | "lost";
-
 export interface LinkThreshold {
-  /** Up to this, green. */
+  /** Up to this, green [ms]. */
   readonly green: number;
-  /** Up to this, amber; above, red. */
+  /** Up to this, amber; above, red [ms]. */
   readonly amber: number;
 }
 
-/**
- * Thresholds [ms]. Drivers do clearly worse from 200 ms of delay; above 500 ms they begin to move and wait, and the robot
- * drives slower by itself. Robots publish at 10 Hz and more, so half a second of silence is a gap.
- */
+const milliseconds = ({ green, amber }: LinkThreshold): LinkThreshold => ({ green: 1000 * green, amber: 1000 * amber });
+
 export const LINK_THRESHOLDS = {
-  roundTrip: { green: 200, amber: 500 },
-  jitter: { green: 50, amber: 150 },
-  silence: { green: 300, amber: 500 },
-  age: { green: 500, amber: 1500 },
-} as const satisfies Record<string, LinkThreshold>;
+  roundTrip: milliseconds(LINK.limits.round_trip),
+  jitter: milliseconds(LINK.limits.jitter),
+  silence: milliseconds(LINK.limits.silence),
+  age: milliseconds(LINK.limits.age),
+} as const;
 
 /** Silence after which the link counts as lost [ms]. */
-export const LOST_AFTER = 1000;
+export const LOST_AFTER = 1000 * LINK.lost_after;
 
-/** Return the colour of a value. */
-export function colourOf(value: number | undefined, { green, amber }: LinkThreshold): LinkColour {
+/** Return the colour of a value [ms]. */
+export function colourOf(value: number | undefined, { green, amber }: LinkThreshold): Colour {
   if (value === undefined || Number.isNaN(value)) {
     return "unknown";
   }
@@ -58,9 +54,4 @@ export function linkWord(connected: boolean, link: LinkStatistics): LinkWord {
     return "slow";
   }
   return link.roundTrip === undefined ? "unknown" : "good";
-}
-
-/** Return the colour that a word is shown in. */
-export function colourOfWord(word: LinkWord): LinkColour {
-  return ({ unknown: "unknown", good: "green", slow: "amber", bad: "red", lost: "red" } as const)[word];
 }

@@ -1,11 +1,12 @@
 /** From inputs to commands: which input drives, what it asks for, and whether the robot follows. */
 
+import type { Gear } from "../operating_data";
 import type { ControlState } from "../values";
 import { ArmingWatch } from "./arming_watch";
 import { CommandStream } from "./command_stream";
 import type { DriveChannel } from "./drive_channel";
 import type { DriveSource, SourceName, SourceReading } from "./drive_source";
-import { geared, type Gear, type Wanted } from "./gears";
+import { geared, type Wanted } from "./gears";
 import { SourceSelection } from "./source_selection";
 
 /** What the page sends: deflections after the gear. */

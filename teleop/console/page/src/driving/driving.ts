@@ -1,6 +1,7 @@
 /** Drives the robot by whatever the person holds, and stops it whenever that cannot be known. */
 
 import { signal, type ReadonlySignal, type Signal } from "@preact/signals";
+import type { Gear } from "../operating_data";
 import type { RobotCommands } from "../robot/robot_commands";
 import type { RobotState } from "../robot/robot_state";
 import { drivingTexts as texts } from "../texts/driving";
@@ -12,7 +13,6 @@ import { drivingStatus, type DrivingStatus } from "./driving_status";
 import { EmergencyStop } from "./emergency_stop";
 import { MappingStore } from "./gamepad_mapping";
 import { GamepadSource } from "./gamepad_source";
-import type { Gear } from "./gears";
 import { dialogOpen } from "./key_bindings";
 import { KeyboardSource } from "./keyboard_source";
 import { SleepWatch, watchPage, type Loss } from "./page_watch";

@@ -1,12 +1,7 @@
 /** What the axes and buttons of a gamepad do: the standard mapping, and mappings that a person made for others. */
 
+import { GAMEPAD, type AxisUse } from "../operating_data";
 import { withoutDeadZone } from "./drive_source";
-
-/** An axis of a gamepad; sign is +1 if forward (or left) is its positive end, else -1. */
-export interface AxisUse {
-  readonly axis: number;
-  readonly sign: 1 | -1;
-}
 
 export interface GamepadMapping {
   readonly forward: AxisUse;
@@ -20,15 +15,14 @@ export interface GamepadMapping {
   readonly deadZone: number;
 }
 
-/** Left stick drives, LB is the deadman, RB turbo, B the emergency stop, Start takes over. */
 export const STANDARD_MAPPING: GamepadMapping = {
-  forward: { axis: 1, sign: -1 },
-  turn: { axis: 0, sign: -1 },
-  deadman: 4,
-  turbo: 5,
-  estop: 1,
-  takeOver: 9,
-  deadZone: 0.12,
+  forward: GAMEPAD.forward,
+  turn: GAMEPAD.turn,
+  deadman: GAMEPAD.buttons.deadman.button,
+  turbo: GAMEPAD.buttons.turbo.button,
+  estop: GAMEPAD.buttons.estop.button,
+  takeOver: GAMEPAD.buttons.take_over.button,
+  deadZone: GAMEPAD.dead_zone,
 };
 
 export const DEAD_ZONES = { least: 0.05, most: 0.5 } as const;

@@ -1,28 +1,23 @@
 /** Which keys do what, and where they do something else. By position on the keyboard, so that WASD works on all layouts. */
 
-import type { Gear } from "./gears";
+import { GEARS, KEYS, type Gear } from "../operating_data";
 
-export type Direction = "forward" | "backward" | "left" | "right";
+const DIRECTIONS = ["forward", "backward", "left", "right"] as const;
+export type Direction = (typeof DIRECTIONS)[number];
 
-const DIRECTIONS: ReadonlyMap<string, Direction> = new Map([
-  ["ArrowUp", "forward"], ["KeyW", "forward"],
-  ["ArrowDown", "backward"], ["KeyS", "backward"],
-  ["ArrowLeft", "left"], ["KeyA", "left"],
-  ["ArrowRight", "right"], ["KeyD", "right"],
-]);
+const ACTIONS: ReadonlyMap<string, string> = new Map(KEYS.flatMap(({ codes }) => Object.entries(codes)));
 
-const GEAR_KEYS: ReadonlyMap<string, Gear> = new Map([
-  ["Digit1", "precision"], ["Numpad1", "precision"],
-  ["Digit2", "normal"], ["Numpad2", "normal"],
-  ["Digit3", "turbo"], ["Numpad3", "turbo"],
-]);
+/** Return what a key is for; undefined if it is for nothing here. */
+export function actionOf(code: string): string | undefined {
+  return ACTIONS.get(code);
+}
 
 export function directionOf(code: string): Direction | undefined {
-  return DIRECTIONS.get(code);
+  return DIRECTIONS.find((direction) => direction === actionOf(code));
 }
 
 export function gearOf(code: string): Gear | undefined {
-  return GEAR_KEYS.get(code);
+  return GEARS.find(({ gear }) => gear === actionOf(code))?.gear;
 }
 
 /** Elements that need the driving keys themselves; others can ask for it with `data-own-keys`. */

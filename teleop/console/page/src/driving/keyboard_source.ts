@@ -1,8 +1,8 @@
 /** Driving by keys: a held key is the deadman. */
 
-import { dialogOpen, directionOf, gearOf, ownsKeys, spacePresses, stops, type Direction } from "./key_bindings";
+import type { Gear } from "../operating_data";
+import { actionOf, dialogOpen, directionOf, gearOf, ownsKeys, spacePresses, stops, type Direction } from "./key_bindings";
 import { RESTING, type DriveSource, type SourceReading } from "./drive_source";
-import type { Gear } from "./gears";
 
 /** A key that was held when everything counted as released repeats within this time [ms] if it is still held. */
 const QUIET = 500;
@@ -76,11 +76,12 @@ export class KeyboardSource implements DriveSource {
 
   /** Handle what works everywhere on the page, before anything on it can keep the key for itself. */
   private special(event: KeyboardEvent): void {
-    if (event.code === "Escape" && !event.repeat && !event.isComposing) {
+    const action = actionOf(event.code);
+    if (action === "escape" && !event.repeat && !event.isComposing) {
       this.hooks.escape(event);
-    } else if (event.code === "Space" && stops(event.target)) {
+    } else if (action === "stop" && stops(event.target)) {
       this.hooks.stop(); // and presses the button, which stops for good
-    } else if (event.code === "Space" && (this.hooks.driving() || !(ownsKeys(event.target) || spacePresses(event.target)))) {
+    } else if (action === "stop" && (this.hooks.driving() || !(ownsKeys(event.target) || spacePresses(event.target)))) {
       this.spaceTaken = true;
       event.preventDefault();
       this.hooks.stop();
@@ -114,7 +115,7 @@ export class KeyboardSource implements DriveSource {
   }
 
   private up(event: KeyboardEvent): void {
-    if (event.code === "Space" && this.spaceTaken) {
+    if (actionOf(event.code) === "stop" && this.spaceTaken) {
       this.spaceTaken = false;
       event.preventDefault(); // Firefox presses a button at key-up
     }

@@ -1,6 +1,7 @@
 /** Learns a mapping from what a person does with the gamepad. */
 
-import type { AxisUse, GamepadMapping } from "./gamepad_mapping";
+import type { AxisUse } from "../operating_data";
+import type { GamepadMapping } from "./gamepad_mapping";
 
 /** A mapping that is not complete yet. */
 export type MappingDraft = { readonly [Use in keyof GamepadMapping]?: GamepadMapping[Use] | undefined };

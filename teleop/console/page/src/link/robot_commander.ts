@@ -1,6 +1,7 @@
 /** What the page asks of the robot, as messages and calls. Nothing is kept for later: what cannot leave now is not sent. */
 
 import { type Ros, Topic } from "roslib";
+import { JOY_LAYOUT } from "../operating_data";
 import type { CameraCommands, PhotoAnswer, StepCommands, StepGoal, StepListener } from "../robot/robot_actions";
 import type { RobotCommands } from "../robot/robot_commands";
 import type { RobotState } from "../robot/robot_state";
@@ -29,8 +30,6 @@ const JOY = "sensor_msgs/Joy";
 const TWIST = "geometry_msgs/Twist";
 const TWIST_STAMPED = "geometry_msgs/TwistStamped";
 const HINT = "geometry_msgs/PoseWithCovarianceStamped";
-const DEADMAN_BUTTON = 4;
-const TURBO_BUTTON = 5;
 
 /** The robot waits up to 10 s for a picture, and as long for its disk [s]. */
 const PHOTO_PATIENCE = 25;
@@ -58,10 +57,12 @@ export class RobotCommander implements RobotCommands, StepCommands, CameraComman
   }
 
   joy(forward: number, turn: number, deadman: boolean, turbo: boolean): boolean {
-    const buttons = Array<number>(6).fill(0);
-    buttons[DEADMAN_BUTTON] = Number(deadman);
-    buttons[TURBO_BUTTON] = Number(turbo);
-    return this.publish("/joy", JOY, { ...this.header(), axes: [turn, forward], buttons });
+    const [axes, buttons] = [[0, 0], Array<number>(6).fill(0)];
+    axes[JOY_LAYOUT.forward_axis] = forward;
+    axes[JOY_LAYOUT.turn_axis] = turn;
+    buttons[JOY_LAYOUT.deadman_button] = Number(deadman);
+    buttons[JOY_LAYOUT.turbo_button] = Number(turbo);
+    return this.publish("/joy", JOY, { ...this.header(), axes, buttons });
   }
 
   velocity(linear: number, angular: number): boolean {

@@ -1,6 +1,6 @@
 /** Keys of the page that do not drive: the next view, and a hint. */
 
-import { dialogOpen, ownsKeys } from "../driving/key_bindings";
+import { actionOf, dialogOpen, ownsKeys } from "../driving/key_bindings";
 import { shownView, viewsOf } from "../scene/settings";
 import type { PageParts } from "./page_parts";
 
@@ -11,11 +11,12 @@ export function watchKeys({ settings, hint, state }: PageParts): void {
     if (modified || ownsKeys(event.target) || dialogOpen(document) || hint.placing) {
       return;
     }
-    if (event.code === "KeyV") {
+    const action = actionOf(event.code);
+    if (action === "view") {
       const views = viewsOf(state.arm.peek());
       const next = (views.indexOf(shownView(settings.view.peek(), state.arm.peek())) + 1) % views.length;
       settings.view.value = views[next] ?? "chase";
-    } else if (event.code === "KeyH" && state.session.peek()?.mayHint !== false) {
+    } else if (action === "hint" && state.session.peek()?.mayHint !== false) {
       hint.begin();
     }
   });

@@ -1,7 +1,7 @@
 /** What is old is grey and says its age. */
 
 import type { ComponentChildren } from "preact";
-import { STALE_AFTER } from "../alarms/alarm_rules";
+import { STALE_AFTER } from "../operating_data";
 import { panelTexts } from "../texts/panels";
 
 /** Return the age [ms] of what arrived at a time, and whether it is shown as old. */

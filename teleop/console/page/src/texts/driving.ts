@@ -1,5 +1,7 @@
 /** All words of driving: its status, its buttons, the mapping page. */
 
+import { GEARS, type Gear } from "../operating_data";
+
 /** Why everything counts as released. */
 const lost = {
   "hidden": "Stopped: the tab was hidden.",
@@ -48,8 +50,8 @@ export const drivingTexts = {
 
   // Gears
   gears: "Gear",
-  gear: { precision: "Precision", normal: "Normal", turbo: "Turbo" },
-  gearHint: { precision: "slow and exact (key 1)", normal: "normal (key 2)", turbo: "fast (key 3)" },
+  gear: (gear: Gear) => GEARS.find((one) => one.gear === gear)?.name ?? gear,
+  gearHint: (meaning: string, key: number) => `${meaning} (key ${key})`,
 
   // Stick
   stick: "Stick",

@@ -1,12 +1,10 @@
 /** Words about hints: where the robot is said to be, and what the robot makes of it. */
 
+import { VERDICTS } from "../operating_data";
 import type { HintVerdict } from "../values";
+import { sentence } from "./filled";
 
 const percent = (share: number): string => `${Math.round(100 * share)} %`;
-
-/** Return the robot's words as a sentence of its own. */
-const sentence = (words: string): string =>
-  words === "" ? "" : `${words.charAt(0).toUpperCase()}${words.slice(1)}${/[.!?]$/.test(words) ? "" : "."}`;
 
 export const hintTexts = {
   title: "Where is the robot?",
@@ -29,15 +27,8 @@ export const hintTexts = {
     + (present === undefined ? "there is no present pose" : `the present pose ${percent(present)}`),
   previewOld: (preview: string): string => `the place before ${preview}`,
   quality: { good: "fits", bad: "does not fit", unknown: "not known" },
-  verdict: ({ verdict, reason }: Pick<HintVerdict, "verdict" | "reason">): string => {
-    const meaning = {
-      accepted: "Accepted: the robot is placed there.",
-      kept: "Kept: the present pose was right already.",
-      ambiguous: "Ambiguous: two places look alike from here. Pick one of the numbered places, or drive on.",
-      rejected: "Rejected: the robot is not there.",
-    }[verdict];
-    return `${meaning} ${sentence(reason)}`.trim();
-  },
+  verdict: ({ verdict, reason }: Pick<HintVerdict, "verdict" | "reason">): string =>
+    `${sentence(VERDICTS[verdict])} ${sentence(reason)}`.trim(),
   undone: (success: boolean, message: string): string =>
     success ? "The last placement is undone." : `Not undone: ${message}`,
   searched: (success: boolean, message: string): string =>

@@ -1,5 +1,7 @@
 /** Words of the page's frame: its bar, its notices, its places. */
 
+import { KEYS } from "../operating_data";
+
 export const pageTexts = {
   title: "Farsteer console",
   robot: (name: string): string => (name === "" ? "Farsteer console" : name),
@@ -29,14 +31,7 @@ export const pageTexts = {
   insecure: "This page was not loaded by https or from localhost, so the browser withholds gamepads, the clipboard and the check of the map's hash. Start the robot with `farsteer serve --lan` and open the https address that it prints.",
   dismiss: "Understood",
   follow: "Follow the robot",
-  keys: [
-    "Arrows or W A S D: drive while held",
-    "Space: stop",
-    "1, 2, 3: precision, normal, turbo",
-    "Esc: close what is open, otherwise emergency stop",
-    "H: show where the robot is; arrows, Q and E move and turn the ghost, Enter confirms",
-    "V: next view",
-  ],
+  keys: KEYS.map(({ keys, does }) => `${keys}: ${does}`),
   failed: (part: string, why: string): string => `The part “${part}” of this page has failed (${why}). The others go on.`,
   again: "Show it again",
   rejected: (what: string): string => `The page made an error and goes on: ${what}`,

@@ -23,8 +23,6 @@ export const panelTexts = {
 
 export const linkPanelTexts = {
   title: "Link",
-  words: { unknown: UNKNOWN, good: "good", slow: "slow", bad: "too slow", lost: "lost" },
-  colours: { unknown: UNKNOWN, green: "green", amber: "amber", red: "red" },
   roundTrip: "Round trip",
   roundTripP95: "95 % of the last minute",
   jitter: "Jitter",
@@ -63,15 +61,6 @@ export const attitudeTexts = {
 
 export const localizationTexts = {
   title: "Place",
-  health: {
-    waiting: "Not placed yet",
-    tracking: "Knows where it is",
-    degraded: "Knows where it is, with less certainty",
-    slipping: "Wheels slip; knows where it is",
-    suspect: "In doubt where it is",
-    lost: "Lost",
-    relocalising: "Searching for its place",
-  },
   oldHealth: (words: string): string => `${words} (old)`,
   position: "Position",
   heading: "Heading",

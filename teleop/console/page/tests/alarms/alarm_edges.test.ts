@@ -1,9 +1,9 @@
 import { describe, expect, it } from "vitest";
-import type { Alarm, AlarmKind } from "../../src/alarms/alarm";
+import type { Alarm } from "../../src/alarms/alarm";
 import { AlarmBell, alarmEdges, QUIET } from "../../src/alarms/alarm_edges";
 import { TONES } from "../../src/alarms/alarm_sound";
 
-const alarm = (kind: AlarmKind, severity: Alarm["severity"], words = ""): Alarm => ({ kind, severity, words });
+const alarm = (kind: string, severity: Alarm["severity"], words = ""): Alarm => ({ kind, severity, words });
 const lost = alarm("lost", "alarm");
 const suspect = alarm("suspect", "warning");
 const tipping = alarm("tipping", "alarm");

@@ -1,74 +1,54 @@
 import fc from "fast-check";
 import { describe, expect, it } from "vitest";
-import type { AlarmFacts, AlarmKind } from "../../src/alarms/alarm";
-import { askingUs, pressedBy, tiltOf } from "../../src/alarms/alarm_facts";
+import table from "../../../../../tests/teleop/operator/alarm_cases.json";
+import { askingUs, stopFacts, tiltFacts, tiltOf } from "../../src/alarms/alarm_facts";
 import { alarmsOf } from "../../src/alarms/alarm_rules";
 import { colourOf, LINK_THRESHOLDS, linkWord } from "../../src/alarms/link_grade";
+import { ALARM_RULES } from "../../src/operating_data";
 import type { LinkStatistics } from "../../src/robot/robot_state";
+import type { Facts } from "../../src/texts/filled";
 import type { ControlState, Session } from "../../src/values";
 
-const degrees = Math.PI / 180;
-
-const WELL: AlarmFacts = {
-  connected: true, connectionWords: "", wasConnected: true, silence: 40, health: "tracking", reasons: [],
-  estop: false, estopReason: "", tilt: 0.01, link: "good", linkWords: "", asking: undefined,
-};
-
-function kinds(facts: Partial<AlarmFacts>, active: AlarmKind[] = []): string[] {
-  return alarmsOf({ ...WELL, ...facts }, new Set(active)).map(({ kind, severity }) => `${severity} ${kind}`);
-}
+const WELL: Facts = table.well;
 
 describe("alarms", () => {
-  it("are none while all is well, and none before anything is known", () => {
-    expect(kinds({})).toEqual([]);
-    expect(kinds({
-      connected: false, wasConnected: false, silence: undefined, health: undefined, tilt: undefined, link: "unknown",
-    })).toEqual([]);
+  it.each<Case>(table.cases)("of the table that the station follows too: $name", ({ facts, active, alarms }) => {
+    const found = alarmsOf(present({ ...WELL, ...facts }), new Set(active));
+    expect(found.map(({ kind, severity, words }) => [severity, kind, words])).toEqual(alarms);
   });
 
-  it.each<[string, Partial<AlarmFacts>, string[]]>([
-    ["lost", { health: "lost" }, ["alarm lost"]],
-    ["in doubt", { health: "suspect" }, ["warning suspect"]],
-    ["searching", { health: "relocalising" }, ["info searching"]],
-    ["e-stop", { estop: true }, ["alarm estop"]],
-    ["silence of 0.5 s", { silence: 500 }, []],
-    ["more silence", { silence: 501 }, ["alarm stale"]],
-    ["no connection", { connected: false, silence: 9000, link: "lost" }, ["alarm connection"]],
-    ["a bad link", { link: "bad" }, ["warning link"]],
-    ["a slow link", { link: "slow" }, []],
-    ["somebody asks", { asking: "anna" }, ["info asking"]],
-    ["a slope", { tilt: 7.9 * degrees }, []],
-    ["a steep slope", { tilt: 8.1 * degrees }, ["warning tilt"]],
-    ["tipping over", { tilt: 15.1 * degrees }, ["alarm tipping"]],
-    ["several", { health: "suspect", asking: "anna", estop: true }, ["alarm estop", "warning suspect", "info asking"]],
-  ])("of %s", (_, facts, expected) => {
-    expect(kinds(facts)).toEqual(expected);
-  });
-
-  it("of tilt end a degree below where they began", () => {
-    expect(kinds({ tilt: 7.5 * degrees }, ["tilt"])).toEqual(["warning tilt"]);
-    expect(kinds({ tilt: 6.9 * degrees }, ["tilt"])).toEqual([]);
-    expect(kinds({ tilt: 14.5 * degrees }, ["tipping"])).toEqual(["alarm tipping"]);
-  });
-
-  it("give the reason in words", () => {
-    const words = (facts: Partial<AlarmFacts>): string => alarmsOf({ ...WELL, ...facts })[0]?.words ?? "";
-    expect(words({ estop: true, estopReason: "pressed by client 3" })).toContain("pressed by client 3");
-    expect(words({ health: "lost", reasons: ["the map explains only 41 %"] })).toContain("the map explains only 41 %");
-    expect(words({ connected: false, connectionWords: "Nothing answers there." })).toBe("Nothing answers there.");
-    expect(words({ silence: 1234 })).toContain("1.2 s");
+  it("are all in that table", () => {
+    const found = new Set(table.cases.flatMap(({ alarms }) => alarms.map(([, kind]) => kind)));
+    expect(found).toEqual(new Set(ALARM_RULES.map(({ kind }) => kind)));
   });
 });
 
+interface Case {
+  readonly name: string;
+  readonly facts: Readonly<Record<string, unknown>>;
+  readonly active?: string[];
+  readonly alarms: string[][];
+}
+
+/** What JSON writes as null is unknown. */
+function present(facts: Readonly<Record<string, unknown>>): Facts {
+  return Object.fromEntries(Object.entries(facts).filter(([, value]) => value !== null)) as Facts;
+}
+
 describe("who pressed the e-stop", () => {
-  it("is said in words, and is \"you\" for this page", () => {
-    expect(pressedBy("e-stop by anna", "anna")).toBe("pressed by you");
-    expect(pressedBy("e-stop by anna", "boris")).toBe("pressed by anna");
-    expect(pressedBy("it has fallen over", "anna")).toBe("it has fallen over");
+  it("is named, and is \"you\" for this page", () => {
+    expect(stopFacts("e-stop by anna", "anna")).toEqual({ estop_by: "you" });
+    expect(stopFacts("e-stop by anna", "boris")).toEqual({ estop_by: "anna" });
+    expect(stopFacts("it has fallen over", "anna")).toEqual({ estop_reason: "it has fallen over" });
   });
 });
 
 describe("tilt", () => {
+  it.each([[0.3, 0.1, "to the right"], [-0.3, 0.1, "to the left"], [0.1, 0.3, "nose down"], [0.1, -0.3, "nose up"]])(
+    "of roll %d and pitch %d is %s", (roll, pitch, direction) => {
+      expect(tiltFacts(roll, pitch)).toEqual({ tilt: expect.closeTo(18.1, 1) as number, tilt_direction: direction });
+    });
+
   it("is that of roll and pitch together", () => {
     expect(tiltOf(0.1, 0)).toBeCloseTo(0.1);
     expect(tiltOf(0, -0.2)).toBeCloseTo(0.2);

@@ -86,7 +86,7 @@ describe("the alarms of a robot", () => {
     state.connection.value = { phase: "lost", words: "The robot does not answer.", sinceAt: Date.now() };
     vi.advanceTimersByTime(5000);
     expect(kinds()).toEqual(["connection"]);
-    expect(alarms.active.value[0]?.words).toBe("The robot does not answer.");
+    expect(alarms.active.value[0]?.words).toBe("No connection for 5.0 s. The robot does not answer.");
     state.connection.value = { phase: "open", words: "", sinceAt: Date.now() };
     vi.advanceTimersByTime(300);
     expect(kinds()).toEqual([]);

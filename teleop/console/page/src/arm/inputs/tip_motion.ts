@@ -1,7 +1,7 @@
 /** Velocities of the arm's tip along the axes that a person chose, and rates of single joints. */
 
 import type { ArmInfo } from "../../robot/arm";
-import type { Gear } from "../../driving/gears";
+import type { Gear } from "../../operating_data";
 import type { Vector3 } from "../../values";
 import type { ArmWish } from "./arm_wish";
 

@@ -1,7 +1,7 @@
 /** Roll and pitch, as an artificial horizon and in degrees. */
 
 import { tiltOf } from "../../alarms/alarm_facts";
-import { TILT_ALARM, TILT_WARNING } from "../../alarms/alarm_rules";
+import { limitOf } from "../../alarms/alarm_rules";
 import type { RobotState } from "../../robot/robot_state";
 import { attitudeTexts as texts, panelTexts } from "../../texts/panels";
 import type { Attitude } from "../../values";
@@ -45,7 +45,8 @@ export function tiltGrade({ roll, pitch }: Pick<Attitude, "roll" | "pitch">): "u
   if (tilt === undefined) {
     return "unknown";
   }
-  return tilt > TILT_ALARM ? "red" : tilt > TILT_WARNING ? "amber" : "green";
+  const degrees = (tilt * 180) / Math.PI;
+  return degrees > limitOf("tipping") ? "red" : degrees > limitOf("tilt") ? "amber" : "green";
 }
 
 /**

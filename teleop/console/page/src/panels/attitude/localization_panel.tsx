@@ -1,24 +1,14 @@
 /** Where the robot believes to be, how sure it is, and why. */
 
 import { headingOf } from "../../hint/hint_geometry";
+import { HEALTH } from "../../operating_data";
 import type { RobotState } from "../../robot/robot_state";
 import { hintTexts } from "../../texts/hint";
 import { localizationTexts as texts, panelTexts } from "../../texts/panels";
-import type { Health } from "../../values";
 import { Panel, Row } from "../panel";
 import { MaybeStale, staleness } from "../staleness";
 import { useArrival } from "../use_arrival";
 import { useNow } from "../use_now";
-
-const GRADES: Readonly<Record<Health, string>> = {
-  waiting: "amber",
-  tracking: "green",
-  degraded: "amber",
-  slipping: "amber",
-  suspect: "amber",
-  lost: "red",
-  relocalising: "amber",
-};
 
 /** Whether the robot knows its place, for the page's bar. */
 export function HealthLamp({ state }: { state: RobotState }) {
@@ -29,9 +19,9 @@ export function HealthLamp({ state }: { state: RobotState }) {
     return null;
   }
   return (
-    <span class="panel-lamp" data-grade={old ? "unknown" : GRADES[health]}>
+    <span class="panel-lamp" data-grade={old ? "unknown" : HEALTH[health].colour}>
       <span class="panel-lamp-mark" aria-hidden="true" />
-      {old ? texts.oldHealth(texts.health[health]) : texts.health[health]}
+      {old ? texts.oldHealth(HEALTH[health].words) : HEALTH[health].words}
     </span>
   );
 }
@@ -47,8 +37,8 @@ export function LocalizationPanel({ state }: { state: RobotState }) {
   return (
     <Panel title={texts.title} name="localization">
       <MaybeStale receivedAt={receivedAt} now={now}>
-        <p class="panel-health" data-grade={status === undefined ? "unknown" : GRADES[status.health]}>
-          {status === undefined ? panelTexts.unknown : texts.health[status.health]}
+        <p class="panel-health" data-grade={status === undefined ? "unknown" : HEALTH[status.health].colour}>
+          {status === undefined ? panelTexts.unknown : HEALTH[status.health].words}
         </p>
         {status !== undefined && status.reasons.length > 0 && (
           <ul class="panel-reasons">{status.reasons.map((reason) => <li key={reason}>{reason}</li>)}</ul>

@@ -2,7 +2,7 @@
 
 import type { CameraFeed } from "../../camera/camera_feed";
 import { pictureAge } from "../../camera/picture_age";
-import { STALE_AFTER } from "../../alarms/alarm_rules";
+import { STALE_AFTER } from "../../operating_data";
 import type { LinkStatisticsSignal, RobotState } from "../../robot/robot_state";
 import { cameraTexts as texts } from "../../texts/camera";
 import { linkPanelTexts } from "../../texts/panels";

@@ -2,11 +2,12 @@
 
 import { useEffect, useRef, useState } from "preact/hooks";
 import type { Driving } from "../../driving/driving";
-import { DEAD_ZONES, STANDARD_MAPPING, type AxisUse } from "../../driving/gamepad_mapping";
+import { DEAD_ZONES, STANDARD_MAPPING } from "../../driving/gamepad_mapping";
 import {
   AXIS_USES, BUTTON_USES, completed, pressedButton, pushedAxis, snapshot, withUse,
   type AxisUseName, type ButtonUseName, type MappingDraft, type PadSnapshot,
 } from "../../driving/mapping_capture";
+import type { AxisUse } from "../../operating_data";
 import { drivingTexts as texts } from "../../texts/driving";
 import { PadView } from "./pad_view";
 

@@ -30,7 +30,7 @@ function sentWords(driving: Driving): string {
   if (sending === undefined) {
     return texts.nothing;
   }
-  const gear = texts.gear[sending.turbo ? "turbo" : driving.gear.value];
+  const gear = texts.gear(sending.turbo ? "turbo" : driving.gear.value);
   return `${texts.motion(sending.forward, sending.turn)} · ${gear} · ${texts.by(texts.source[sending.source])}`;
 }
 

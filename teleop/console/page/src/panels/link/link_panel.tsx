@@ -1,6 +1,7 @@
 /** How good the link is: as a whole in one word, its figures, and each stream. */
 
-import { colourOf, colourOfWord, LINK_THRESHOLDS, linkWord, LOST_AFTER, type LinkWord } from "../../alarms/link_grade";
+import { colourOf, LINK_THRESHOLDS, linkWord, LOST_AFTER } from "../../alarms/link_grade";
+import { LINK_WORDS, type LinkWord } from "../../operating_data";
 import type { LinkStatistics, LinkStatisticsSignal, RobotState, StreamStatistics } from "../../robot/robot_state";
 import { linkPanelTexts as texts } from "../../texts/panels";
 import { Panel, Row } from "../panel";
@@ -14,9 +15,9 @@ export function LinkLamp({ link, state }: { link: LinkStatisticsSignal; state: R
 
 function Lamp({ word }: { word: LinkWord }) {
   return (
-    <span class="panel-lamp" data-grade={colourOfWord(word)}>
+    <span class="panel-lamp" data-grade={LINK_WORDS[word].colour}>
       <span class="panel-lamp-mark" aria-hidden="true" />
-      {texts.title}: {texts.words[word]}
+      {texts.title}: {LINK_WORDS[word].words}
     </span>
   );
 }

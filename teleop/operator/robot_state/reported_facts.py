@@ -1,50 +1,22 @@
-"""What the robot's own sensors report of collisions, tilt, stalls and falls, and the e-stop, as notices."""
+"""What the robot reports of its e-stop, collisions, stalls, falls and tilt, as facts that alarms follow from."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from enum import IntEnum
 from typing import Any, Final
 
 from localization.geometry import euler_from_rotation, rotation_from_quaternion
 from localization.types import SECOND
+from teleop.operator.words import Facts
 
-BUMP_SHOWN: Final = 2 * SECOND
-"""Time for which a collision stays on the display after the bumper was let go [ns]."""
-TILT_NOTABLE: Final = math.radians(8.0)
-"""Tilt that is reported [rad]: beyond the ramps for wheelchairs (5 degrees) with the error of the estimate."""
-TILT_ALARM: Final = math.radians(25.0)
-"""Tilt that is an alarm [rad]: half of that at which the robot tips over sideways, about 50 degrees."""
 _NO_TURN: Final = (1.0, 0.0, 0.0, 0.0)
-
-
-class Severity(IntEnum):
-    """How urgent a notice is; greater is worse."""
-
-    CALM = 0
-    """Nothing to do."""
-    STALE = 1
-    """What is shown is old."""
-    WARNING = 2
-    """Something is not as it should be."""
-    ALARM = 3
-    """The robot is stopped, hurt or lost."""
+_PRESSED: Final = "e-stop by "
 
 
 @dataclass(frozen=True, slots=True)
-class Notice:
-    """One thing that an operator should know now."""
-
-    severity: Severity
-    """How urgent it is."""
-    text: str
-    """It, in few words."""
-
-
-@dataclass(frozen=True, slots=True)
-class RobotAlarms:
+class ReportedFacts:
     """What was reported last; a value."""
 
     estop: str | None = None
@@ -55,15 +27,15 @@ class RobotAlarms:
     """Arrival of the last message with a pressed bumper [ns]."""
     drive: str = ""
     """Falls and stalls, as ``/diagnostics`` has them."""
-    fallen: bool = False
-    """Whether the robot has fallen."""
+    drive_level: int = 0
+    """How bad they are: 1 a warning, 2 an error; 0 if there are none."""
     roll: float | None = None
     """Roll by the inertial unit, left side up positive [rad]; None if it reports no orientation."""
     pitch: float | None = None
     """Pitch by the inertial unit, nose down positive [rad]; None if it reports no orientation."""
 
-    def after(self, topic: str, message: Mapping[str, Any], now: int) -> RobotAlarms:
-        """Return the alarms after a message that arrived at a time [ns]; most topics change nothing."""
+    def after(self, topic: str, message: Mapping[str, Any], now: int) -> ReportedFacts:
+        """Return the facts after a message that arrived at a time [ns]; most topics change nothing."""
         match topic:
             case "/teleop/state":
                 return replace(self, estop=str(message["reason"]) if message["estop"] else None)
@@ -76,22 +48,21 @@ class RobotAlarms:
                 return self._tilted(message)
         return self
 
-    def notices(self, now: int) -> tuple[Notice, ...]:
-        """Return what to report at a time [ns], the worst first."""
-        found = []
-        if self.estop is not None:
-            found.append(Notice(Severity.ALARM, f"E-STOP: {self.estop}"))
-        if self.drive:
-            severity = Severity.ALARM if self.fallen else Severity.WARNING
-            found.append(Notice(severity, self.drive.upper()))
-        if self.bumped is not None and now - self.bumped <= BUMP_SHOWN:
-            found.append(Notice(Severity.ALARM, f"COLLISION {self.bump}"))
-        if (tilt := self.tilt) is not None and tilt >= TILT_NOTABLE:
-            severity = Severity.ALARM if tilt >= TILT_ALARM else Severity.WARNING
-            found.append(
-                Notice(severity, f"TILTED {math.degrees(tilt):.0f} deg{self._direction()}")
-            )
-        return tuple(sorted(found, key=lambda notice: -notice.severity))
+    def facts(self, now: int) -> Facts:
+        """Return what is known at a time [ns], by the names that the rules of the alarms use."""
+        reason = self.estop or ""
+        pressed = reason.startswith(_PRESSED)
+        return {
+            "estop": self.estop is not None,
+            "estop_by": reason.removeprefix(_PRESSED) if pressed else "",
+            "estop_reason": "" if pressed else reason,
+            "bump": self.bump,
+            "bump_age": None if self.bumped is None else (now - self.bumped) / SECOND,
+            "drive_level": self.drive_level,
+            "drive_trouble": self.drive,
+            "tilt": None if self.tilt is None else math.degrees(self.tilt),
+            "tilt_direction": self._direction(),
+        }
 
     @property
     def tilt(self) -> float | None:
@@ -101,13 +72,13 @@ class RobotAlarms:
         return math.acos(max(-1.0, min(1.0, math.cos(self.roll) * math.cos(self.pitch))))
 
     def _direction(self) -> str:
-        assert self.roll is not None
-        assert self.pitch is not None
+        if self.roll is None or self.pitch is None:
+            return ""
         if abs(self.pitch) >= abs(self.roll):
-            return ", nose down" if self.pitch > 0.0 else ", nose up"
-        return ", to the right" if self.roll > 0.0 else ", to the left"
+            return "nose down" if self.pitch > 0.0 else "nose up"
+        return "to the right" if self.roll > 0.0 else "to the left"
 
-    def _diagnosed(self, status: Sequence[Mapping[str, Any]]) -> RobotAlarms:
+    def _diagnosed(self, status: Sequence[Mapping[str, Any]]) -> ReportedFacts:
         for part in status:
             if part["name"] == "drive":
                 level = int(part["level"])
@@ -115,11 +86,12 @@ class RobotAlarms:
                 troubles = [
                     t for t in str(part["message"]).split("; ") if not t.startswith("bumped")
                 ]
-                bad = level > 0 and troubles not in ([], ["ok"])
-                return replace(self, drive="; ".join(troubles) if bad else "", fallen=level > 1)
+                if level > 0 and troubles not in ([], ["ok"]):
+                    return replace(self, drive="; ".join(troubles), drive_level=level)
+                return replace(self, drive="", drive_level=0)
         return self
 
-    def _tilted(self, message: Mapping[str, Any]) -> RobotAlarms:
+    def _tilted(self, message: Mapping[str, Any]) -> ReportedFacts:
         q = message["orientation"]
         quaternion = (float(q["w"]), float(q["x"]), float(q["y"]), float(q["z"]))
         size = math.sqrt(sum(part * part for part in quaternion))
