@@ -57,5 +57,7 @@ def floor_of(points: FloatArray, ground: Ground, spacing: float) -> Floor | None
     pixels = int(np.ceil(_HOLE / cell))
     known = np.zeros((i.max() + 2 * pixels + 1, j.max() + 2 * pixels + 1), dtype=bool)
     known[i + pixels, j + pixels] = True
-    closed = ndimage.binary_closing(known, iterations=pixels)
+    across = np.arange(-pixels, pixels + 1)
+    disc = np.hypot(across[:, None], across[None, :]) <= pixels
+    closed = ndimage.binary_closing(known, disc)
     return Floor(closed, origin - pixels * cell, cell, ground)
