@@ -38,6 +38,7 @@ COMMANDS = {
     "rosbridge": "bridges.rosbridge",
     "sim": "sim.speed",
     "soak": "wire.soak",
+    "surfaces": "localization.surfaces",
     "tour": "sim.tour",
     "video": "camera.video",
     "watchdog": "wire.watchdog",

@@ -9,6 +9,7 @@ import tyro
 
 from localization.cli.calibrate import Calibrate
 from localization.cli.localize import Localize
+from localization.cli.surfaces import Surfaces
 from localization.cli.terminal import fitted
 from teleop.bridges.commands import KafkaBridge, KafkaRest, ServoBridge
 from teleop.console.commands import Console
@@ -31,6 +32,7 @@ COMMANDS: Final = {
     "localize": Localize,
     "calibrate": Calibrate,
     "map": Map,
+    "surfaces": Surfaces,
     "world": Worlds,
     "serve": Serve,
     "console": Console,
@@ -55,6 +57,7 @@ Command: TypeAlias = (
     | Annotated[Localize, tyro.conf.subcommand("localize")]
     | Annotated[Calibrate, tyro.conf.subcommand("calibrate")]
     | Annotated[Map, tyro.conf.subcommand("map")]
+    | Annotated[Surfaces, tyro.conf.subcommand("surfaces")]
     | Annotated[Worlds, tyro.conf.subcommand("world")]
     | Annotated[Serve, tyro.conf.subcommand("serve")]
     | Annotated[Console, tyro.conf.subcommand("console")]
@@ -107,6 +110,8 @@ examples:
                                      a CARMEN text, compared to a reference
   farsteer map drive.mcap --out map.ply
                                      a cloud from the readings of any drive
+  farsteer surfaces map.yaml --out building.glb
+                                     a map's walls, floor and furniture as glTF
   farsteer world generate --seed 7   a generated building to drive in
   farsteer serve --open              a robot, and the page to drive it
   farsteer serve --lan               the same for a tablet in this network

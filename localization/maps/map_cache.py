@@ -10,9 +10,9 @@ import contextlib
 import os
 import tempfile
 import zipfile
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from pathlib import Path
-from typing import Any
+from typing import IO, Any, Final
 
 import numpy as np
 import numpy.typing as npt
@@ -21,6 +21,10 @@ Arrays = Mapping[str, npt.NDArray[Any]]
 
 LARGEST = 2**30
 """Greatest size of a folder of derived files [bytes]: nine maps of two million points."""
+
+
+_KINDS: Final = (".npz", ".glb")
+"""Kinds of derived files."""
 
 
 def default_cache() -> Path:
@@ -56,13 +60,38 @@ def store(file: Path, arrays: Arrays, *, largest: int = LARGEST) -> None:
         arrays: Arrays by name.
         largest: Greatest size of all such files in the folder [bytes].
     """
-    part: Path | None = None
     contents: dict[str, Any] = dict(arrays)
+    _write(file, lambda out: np.savez(out, **contents), largest)
+
+
+def load_bytes(file: Path) -> bytes | None:
+    """Return what ``store_bytes`` wrote; None if the file is missing."""
+    try:
+        content = file.read_bytes()
+        os.utime(file)
+    except OSError:
+        return None
+    return content
+
+
+def store_bytes(file: Path, content: bytes, *, largest: int = LARGEST) -> None:
+    """Write a file of another kind in the same way.
+
+    Args:
+        file: File to write, a ``.glb``; others in its folder may be deleted.
+        content: Its content.
+        largest: Greatest size of all derived files in the folder [bytes].
+    """
+    _write(file, lambda out: out.write(content), largest)
+
+
+def _write(file: Path, write: Callable[[IO[bytes]], object], largest: int) -> None:
+    part: Path | None = None
     try:
         file.parent.mkdir(parents=True, exist_ok=True)
         with tempfile.NamedTemporaryFile(dir=file.parent, suffix=".part", delete=False) as out:
             part = Path(out.name)
-            np.savez(out, **contents)
+            write(out)
         part.replace(file)
         tidy(file.parent, largest=largest, spare=file)
     except OSError:
@@ -75,12 +104,12 @@ def tidy(folder: Path, *, largest: int = LARGEST, spare: Path | None = None) -> 
     """Delete derived files of a folder, the least recently used first, until the rest is within a bound.
 
     Args:
-        folder: Folder whose ``.npz`` files count; those of its subfolders do not.
+        folder: Folder whose ``.npz`` and ``.glb`` files count; those of its subfolders do not.
         largest: Greatest size of the remaining files [bytes].
         spare: A file to keep whatever its size.
     """
     found = []
-    for file in folder.glob("*.npz"):
+    for file in (f for f in folder.glob("*") if f.suffix in _KINDS):
         # Another process may be deleting files at the same time.
         with contextlib.suppress(OSError):
             known = file.stat()

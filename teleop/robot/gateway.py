@@ -19,6 +19,7 @@ from teleop.robot.serving.server_setup import (
     audit_log,
     build_server,
     offer_map,
+    offer_surfaces,
     round_trips_of,
     token_file,
     watch_tokens,
@@ -121,9 +122,11 @@ class Gateway:
             """The robot's topics and services."""
             self._cleanup = cleanup.pop_all()
 
-    def offer_files(self, map_file: Path | None) -> None:
-        """Offer the console page, and the map if there is a file of it, over HTTP on the same port."""
+    def offer_files(self, map_file: Path | None, surfaces: bytes | None = None) -> None:
+        """Offer the console page, the map if there is a file of it, and its surfaces if given, over HTTP on the same port."""
         offer_map(self.server, map_file)
+        if surfaces is not None:
+            offer_surfaces(self.server, surfaces)
         self.page = offer_page(self.server.pages, encrypted=self.server.encrypted)
 
     def driven(self, tick: DriveRecord) -> None:

@@ -21,6 +21,7 @@ from localization.maps.cloud import Cloud
 from localization.maps.prepared_map import prepare
 from localization.pipeline.localizer import LocalizerConfig
 from localization.pipeline.log_replay import config_metadata
+from localization.surfaces.files import surfaces_of
 from localization.types import Hint
 from robot_sim import Simulation, World
 from teleop.robot.arm.arm_fit import ArmFit
@@ -108,7 +109,7 @@ async def _serve_in_lockstep(
     prepared, parts = prepare(cloud, cache=cache), RobotParts.of(world, config)
     stepped = build_stepped_robot(parts, cloud, prepared, config, run_id=secrets.token_hex(8))
     gateway, simulation = stepped.gateway, stepped.robot.simulation
-    gateway.offer_files(map_file)
+    gateway.offer_files(map_file, surfaces_of(cloud, cache=cache))
     if not config.lost:
         stepped.adapter.wishes.post(_start_pose(simulation))
     LockstepService(stepped)
@@ -148,7 +149,10 @@ async def _serve_in_real_time(
             simulation.world.robot.rolling_radius,
         )
         # Preparing a map may take long; clients connect when all is there.
-        await asyncio.to_thread(estimator.begin(for_estimator).ready)
+        _, surfaces = await asyncio.gather(
+            asyncio.to_thread(estimator.begin(for_estimator).ready),
+            asyncio.to_thread(surfaces_of, cloud, cache=cache),
+        )
         feed = None if camera is None else await asyncio.to_thread(camera.feed, simulation)
         for_gateway = GatewaySetup(
             config,
@@ -157,6 +161,7 @@ async def _serve_in_real_time(
             map_file,
             LocalizerConfig().undo_memory,
             None if camera is None else camera.model,
+            surfaces,
         )
         process = ControlProcess(
             drive,

@@ -71,7 +71,7 @@ class GatewayProcess:
             arm=ArmFit.named(setup.config.robot.arm, setup.config.robot.arm_mount),
         )
         self._gateway, self._adapter = gateway, gateway.adapter
-        gateway.offer_files(setup.map_file)
+        gateway.offer_files(setup.map_file, setup.surfaces)
         self._adapter.wishes.on_post = self._flush_soon
         self._adapter.previews.ask = lambda request: self._send(request, PREVIEW)
         protocol = gateway.server.protocol

@@ -70,6 +70,8 @@ class GatewaySetup:
     """Time for which a placement can be undone [ns]."""
     camera: CameraModel | None = None
     """The robot's camera; None without one."""
+    surfaces: bytes | None = None
+    """The map's surfaces, a GLB file that is offered as ``/map.glb``; None for none."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)

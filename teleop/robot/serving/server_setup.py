@@ -123,6 +123,11 @@ def offer_map(server: Server, map_file: Path | None) -> None:
         server.pages.add_file(f"/map/{digest}.ply", body, immutable=True)
 
 
+def offer_surfaces(server: Server, surfaces: bytes) -> None:
+    """Offer the map's surfaces, a GLB file, as ``/map.glb``."""
+    server.pages.add_file("/map.glb", surfaces, "model/gltf-binary", compress=True)
+
+
 def address_of(server: Server, *, page: bool = False, streams: str = "") -> Address:
     """Return where clients find a server that has started.
 

@@ -14,7 +14,7 @@ import { httpAddress } from "./diagnosis";
 import { browserParts, type LinkParts } from "./link_parts";
 import { LinkProbe } from "./link_probe";
 import { LinkRecorder } from "./link_statistics";
-import { MapLoader } from "./map_loader";
+import { PlaceLoader } from "./place_loader";
 import { messageKinds, type MessageKinds } from "./message_kinds";
 import { MessageIntake } from "./message_intake";
 import { plainStreams } from "./plain_streams";
@@ -51,7 +51,7 @@ export class RobotLink {
   readonly #pictures = new CameraPictures();
   readonly #intake: MessageIntake;
   readonly #kinds: MessageKinds;
-  readonly #maps: MapLoader;
+  readonly #place: PlaceLoader;
   readonly #commander: RobotCommander;
   readonly #connection: RosbridgeConnection;
   readonly #probe: LinkProbe;
@@ -116,7 +116,7 @@ export class RobotLink {
       },
       complain,
     });
-    this.#maps = new MapLoader({
+    this.#place = new PlaceLoader({
       ...parts,
       http: httpAddress(address),
       read: parts.readMap,
@@ -187,7 +187,7 @@ export class RobotLink {
     for (const event of AWAKE) {
       this.#parts.awake.removeEventListener(event, this.#hurry);
     }
-    this.#maps.stop();
+    this.#place.stop();
     this.#pictures.clear();
     this.#connection.stop();
   }
@@ -206,7 +206,12 @@ export class RobotLink {
     this.#probe.reset();
     void this.#topics.ask();
     this.#probe.tick(this.#parts.now());
-    this.#maps.again();
+    this.#place.again();
+  }
+
+  /** Show the map's points as well as its surfaces. */
+  wantPoints(): void {
+    this.#place.wantPoints();
   }
 
   #closed(): void {
@@ -225,7 +230,7 @@ export class RobotLink {
     const news = this.#runs.mapInfo(info);
     this.#begin(news, info);
     this.#state.mapInfo.value = info;
-    this.#maps.load(info);
+    this.#place.load(info);
   }
 
   /** Forget what is void, and say so. */

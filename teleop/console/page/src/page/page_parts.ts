@@ -62,6 +62,11 @@ export function startParts(address: string, version: string, canvas: HTMLCanvasE
   const token = takeToken(PLACES);
   const link = new RobotLink(address, { ...(token === "" ? {} : { token }), lean: lean.peek() }, state, events.add);
   const { commands } = link;
+  effect(() => {
+    if (settings.layers.value.map) {
+      link.wantPoints();
+    }
+  });
   const scene = new Scene(canvas, state, settings);
   const driving = new Driving(commands, state, { window, document, navigator, now: () => performance.now() });
   const hint = new HintTool(canvas, scene, commands, state);

@@ -32,6 +32,8 @@ export interface RobotState {
   readonly session: Signal<Session | undefined>;
   readonly mapInfo: Signal<MapInfo | undefined>;
   readonly mapPoints: Signal<MapPoints | undefined>;
+  /** The building's surfaces as a glTF file in the map's frame; undefined where the robot has none. */
+  readonly surfaces: Signal<ArrayBuffer | undefined>;
   /** Progress of the map's download, 0 to 1; undefined while there is none. */
   readonly mapProgress: Signal<number | undefined>;
   readonly gridMap: Signal<GridMap | undefined>;
@@ -71,6 +73,7 @@ export function unknownState(): RobotState {
     session: signal(undefined),
     mapInfo: signal(undefined),
     mapPoints: signal(undefined),
+    surfaces: signal(undefined),
     mapProgress: signal(undefined),
     gridMap: signal(undefined),
     mapFromOdom: signal(undefined),

@@ -19,6 +19,9 @@ export interface SceneColours {
   /** Floor that nobody scanned, and that was. */
   readonly plate: Rgb;
   readonly floor: Rgb;
+  /** What the colours of the building's surfaces, and of the floor that was seen, are multiplied by. */
+  readonly surfaces: Rgb;
+  readonly ground: Rgb;
   readonly wallLow: Rgb;
   readonly wallHigh: Rgb;
   readonly grid: Rgb;
@@ -53,6 +56,8 @@ export const COLOURS: Readonly<Record<Theme, SceneColours>> = {
     background: rgb(0x0d1117),
     plate: rgb(0x151b24),
     floor: rgb(0x252e3a),
+    surfaces: rgb(0x7c8696),
+    ground: rgb(0x4a5563),
     wallLow: rgb(0x3a4556),
     wallHigh: rgb(0x718096),
     grid: rgb(0x2b3543),
@@ -74,6 +79,8 @@ export const COLOURS: Readonly<Record<Theme, SceneColours>> = {
     background: rgb(0xf4f6f9),
     plate: rgb(0xe9edf2),
     floor: rgb(0xd9dfe7),
+    surfaces: rgb(0xffffff),
+    ground: rgb(0xf3f6fa),
     wallLow: rgb(0xb9c2ce),
     wallHigh: rgb(0x7f8c9d),
     grid: rgb(0xd3dae3),

@@ -62,6 +62,8 @@ export class Scene {
   readonly #pose = new SmoothPose();
   readonly #detail = new Detail();
   readonly #stops: (() => void)[] = [];
+  /** Show the layers that are wanted, as far as there is something to be shown. */
+  #show: () => void = () => undefined;
   #located = false;
   #timer: ReturnType<typeof setTimeout> | undefined;
 
@@ -155,9 +157,9 @@ export class Scene {
     on(() => {
       this.#world.map.set(state.mapPoints.value);
       this.#world.grid.set(state.gridMap.value, COLOURS[settings.theme.peek()]);
-      const bounds = this.#world.map.bounds ?? this.#world.grid.bounds;
-      this.#plan.value = { bounds, floor: this.#world.map.bounds === undefined ? bounds?.min.z ?? 0 : this.#world.map.floor };
+      this.#planned();
     });
+    on(() => { void this.#build(state.surfaces.value); });
     on(() => {
       this.#world.robot.setModel(state.description.value);
       untracked(() => { this.#paint(); });
@@ -189,11 +191,31 @@ export class Scene {
       this.#world.hypotheses.set(state.candidates.value, this.#world.robot.box, COLOURS[settings.theme.value]);
     });
     const [hasCloud, hasTruth] = [computed(() => state.cloud.value !== undefined), computed(() => state.truth.value !== undefined)];
-    on(() => {
+    this.#show = () => {
       const has = { place: this.#isPlaced.value, cloud: hasCloud.value, truth: hasTruth.value };
       this.#world.show(settings.layers.value, has, settings.view.value);
-    });
+    };
+    on(() => { this.#show(); });
     on(() => { depend(settings.pointSize, settings.decay); });
+  }
+
+  /** Show the building of a glTF file; the part of the page that reads it is fetched when there is one. */
+  async #build(file: ArrayBuffer | undefined): Promise<void> {
+    const building = file && await import("./read_building").then(({ readBuilding }) => readBuilding(file)).catch(() => undefined);
+    if (this.#state.surfaces.peek() === file) {
+      this.#world.building.set(building);
+      this.#planned();
+      this.#show();
+      this.#stage.invalidate();
+    }
+  }
+
+  /** Take over how large the place is, and where its floor lies. */
+  #planned(): void {
+    const { building, map, grid } = this.#world;
+    const bounds = this.#world.bounds ?? grid.bounds;
+    const floor = building.bounds === undefined ? map.floor : building.floor;
+    this.#plan.value = { bounds, floor: this.#world.bounds === undefined ? bounds?.min.z ?? 0 : floor };
   }
 
   /** Put the robot where it is, or beside the map while that is not known. */

@@ -21,7 +21,7 @@ export const THEMES = ["day", "night"] as const;
 export type Theme = (typeof THEMES)[number];
 
 export const LAYERS = [
-  "map", "cloud", "oldSweeps", "path", "covariance", "hypotheses", "truth", "grid",
+  "building", "map", "cloud", "oldSweeps", "path", "covariance", "hypotheses", "truth", "grid",
 ] as const;
 export type Layer = (typeof LAYERS)[number];
 export type Layers = Readonly<Record<Layer, boolean>>;
@@ -39,8 +39,9 @@ export interface SceneSettings {
   readonly decay: Signal<number>;
 }
 
-const ALL_LAYERS: Layers = {
-  map: true, cloud: true, oldSweeps: true, path: true, covariance: true, hypotheses: true, truth: true, grid: true,
+/** Points of the map say what its surfaces say, less well; they are shown where there are no surfaces. */
+const FIRST_LAYERS: Layers = {
+  building: true, map: false, cloud: true, oldSweeps: true, path: true, covariance: true, hypotheses: true, truth: true, grid: true,
 };
 
 /** Return the settings as they were kept, else the defaults; the theme follows the system at first. */
@@ -52,7 +53,7 @@ export function sceneSettings(
     view: remembered("farsteer.view", "chase", oneOf(VIEWS), keeper),
     theme: remembered("farsteer.theme", prefersDark ? "night" : "day", oneOf(THEMES), keeper),
     pointSize: remembered("farsteer.pointSize", POINT_SIZE_RANGE.initial, within(POINT_SIZE_RANGE), keeper),
-    layers: remembered("farsteer.layers", ALL_LAYERS, asLayers, keeper),
+    layers: remembered("farsteer.shown", FIRST_LAYERS, asLayers, keeper),
     decay: remembered("farsteer.decay", DECAY_RANGE.initial, within(DECAY_RANGE), keeper),
   };
 }
@@ -83,5 +84,5 @@ function asLayers(kept: unknown): Layers | undefined {
   return LAYERS.reduce<Layers>((layers, layer) => {
     const shown = entries.get(layer);
     return typeof shown === "boolean" ? withLayer(layers, layer, shown) : layers;
-  }, ALL_LAYERS);
+  }, FIRST_LAYERS);
 }

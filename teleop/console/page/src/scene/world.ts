@@ -2,7 +2,9 @@
 
 import { Group } from "three";
 import type { PlanarPose } from "../values";
+import type { Bounds } from "./geometry";
 import { Ghost, type GhostQuality } from "./ghost";
+import { BuildingLayer } from "./building_layer";
 import { GridLayer } from "./grid_layer";
 import { Hypotheses } from "./hypotheses";
 import { LivePoints } from "./live_points";
@@ -16,6 +18,8 @@ import { NotLocatedRing } from "./not_located_ring";
 
 /** What is higher above the robot's top is cut away, so that ceilings hide nothing [m]. */
 const HEADROOM = 1.5;
+/** Walls end so high above the floor, seen from outside, that what stands behind them can be seen [m]. */
+const WALLS = 1.2;
 /** From above, walls are as thin as their points: these are drawn larger. */
 const LARGER_FROM_ABOVE = 1.3;
 /** Distances of the focus from which the map fades, at least [m]. */
@@ -49,6 +53,7 @@ export interface Look {
 export class World {
   readonly object = new Group();
   readonly map: MapLayer;
+  readonly building = new BuildingLayer();
   readonly grid = new GridLayer();
   readonly live = new LivePoints();
   readonly robot = new RobotLayer();
@@ -61,14 +66,22 @@ export class World {
   /** `changed` is called when something is there to be drawn that was not there before. */
   constructor(changed: () => void) {
     this.map = new MapLayer(changed);
-    const layers = [this.grid, this.map, this.live, this.robot, this.hypotheses, this.#ghost, this.waiting];
+    const layers = [
+      this.grid, this.map, this.building, this.live, this.robot, this.hypotheses, this.#ghost, this.waiting,
+    ];
     this.object.add(...layers.map((layer) => layer.object));
+  }
+
+  /** Bounds of what is known of the place [m]. */
+  get bounds(): Bounds | undefined {
+    return this.building.bounds ?? this.map.bounds;
   }
 
   paint(paint: Paint): void {
     const { colours, stale, doubtful } = paint;
     this.#paint = paint;
     this.map.setColours(colours);
+    this.building.setColours(colours);
     this.grid.setColours(colours);
     // Beside the ghost of the sweep, the sweep itself steps back.
     this.live.setColours(colours, stale || this.#proposed !== undefined);
@@ -81,7 +94,8 @@ export class World {
   show(layers: Layers, has: { readonly place: boolean; readonly cloud: boolean; readonly truth: boolean }, view: View): void {
     const outside = view !== "first";
     const withCloud = has.place && has.cloud;
-    this.map.object.visible = layers.map;
+    this.building.object.visible = layers.building;
+    this.map.object.visible = layers.map || (layers.building && !this.building.isKnown);
     this.grid.object.visible = layers.grid;
     this.hypotheses.object.visible = layers.hypotheses;
     this.live.show(layers.cloud && withCloud, layers.cloud && !withCloud, layers.oldSweeps && has.place);
@@ -121,9 +135,10 @@ export class World {
     const mapSize = look.view === "top" ? LARGER_FROM_ABOVE * size : size;
     this.map.setLook({ cut, focus: { x, y }, fade, pixelsPerMetre, size: mapSize, ratio });
     const cloudLook = { cut, pixelsPerMetre, size, ratio, now: now / 1000 };
+    this.building.setCut(inside ? undefined : look.floor + WALLS, look.floor);
     this.live.placeScan(pose.position, pose.orientation);
     this.live.setLook(cloudLook, look.decay);
-    this.grid.setMetres(this.map.bounds === undefined, x, y, look.floor);
+    this.grid.setMetres(this.bounds === undefined, x, y, look.floor);
     this.robot.setPose(pose.known ? pose.value() : undefined);
     this.robot.setBodyVisible(!inside);
     this.#ghost.setViewport(viewport, cloudLook);
@@ -134,7 +149,7 @@ export class World {
 
   dispose(): void {
     this.hypotheses.clear();
-    for (const part of [this.map, this.grid, this.live, this.robot, this.#ghost, this.waiting]) {
+    for (const part of [this.map, this.building, this.grid, this.live, this.robot, this.#ghost, this.waiting]) {
       part.dispose();
     }
   }

@@ -119,7 +119,8 @@ export const layerTexts = {
   seconds: (value: number): string => (value === 0 ? "not at all" : `${value.toFixed(0)} s`),
   layers: "Shown",
   names: {
-    map: "Map",
+    building: "Building",
+    map: "Map's points",
     cloud: "What the scanners see",
     oldSweeps: "Old sweeps",
     path: "Path",

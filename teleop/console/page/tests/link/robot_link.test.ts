@@ -74,14 +74,14 @@ describe("a link to our robot", () => {
     expect(Array.from(robot.state.scan.value?.positions ?? [])).toEqual([1.5, 0, 0]);
   });
 
-  it("fetches the map that the robot names, once", async () => {
+  it("fetches the map that the robot names, once, and its points where it has no surfaces", async () => {
     robot.example("/map_info", "mapInfo", INFO);
     await vi.advanceTimersByTimeAsync(20);
-    expect(robot.fetched).toEqual([`http://robot:9090/map/${"0b".repeat(32)}.ply`]);
+    expect(robot.fetched).toEqual(["http://robot:9090/map.glb", `http://robot:9090/map/${"0b".repeat(32)}.ply`]);
     expect(Array.from(robot.state.mapPoints.value?.positions ?? [])).toEqual([1, 2, 3]);
     robot.example("/map_info", "mapInfo", INFO);
     await vi.advanceTimersByTimeAsync(20);
-    expect(robot.fetched).toHaveLength(1);
+    expect(robot.fetched).toHaveLength(2);
   });
 
   it("forgets a run when the robot has begun another", async () => {
