@@ -229,6 +229,10 @@ def test_sideways_motion_is_kept() -> None:
     assert state.position.tolist() == pytest.approx([0.1, 0.3, 0.0])
 
 
+def test_odometry_that_counts_anew_is_no_step() -> None:
+    assert pose_step(Odometry(0, Pose.planar(50, 0, 0)), Odometry(1, Pose.identity())) is None
+
+
 def test_rim_speeds_are_steps_but_over_a_pause() -> None:
     before, after = WheelSpeeds(0, 0.0, 0.0), WheelSpeeds(PERIOD, 0.4, 0.6)
     step = wheel_step(before, after, 0.5)
