@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 
 from localization.geometry import FloatArray, so3_exp_many
+from localization.logs.mcap_writer import ReadingsWriter
 from localization.maps.cloud import Cloud
 from localization.maps.prepared_map import PreparedMap, prepare
-from localization.types import SECOND, Inertial, Pose, Reading, Scan, Sweep, WheelSpeeds
+from localization.types import SECOND, Inertial, Mounts, Pose, Reading, Scan, Sweep, WheelSpeeds
 
 MOUNTS = {
     "laser_horizontal": Pose.from_euler([0.15, 0.0, 0.35]),
@@ -240,6 +242,18 @@ class Drive:
             readings.append(Inertial(now, np.array([0.0, 0.0, w]), force))
             before = v
         return readings
+
+
+def write_log(
+    path: Path, readings: Iterable[Reading], mounts: Mounts = MOUNTS, /, **metadata: str
+) -> Path:
+    """Write readings as our recorder does, each when time has come to its stamp; return the path."""
+    with ReadingsWriter(path, mounts, metadata) as writer:
+        now = 0
+        for reading in readings:
+            now = max(now, reading.stamp)
+            writer.write(reading, now)
+    return path
 
 
 def apart(a: Pose, b: Pose) -> tuple[float, float]:

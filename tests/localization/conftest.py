@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import pytest
 
+from localization.maps.map_files import save_cloud
 from localization.maps.prepared_map import PreparedMap
 from tests.support_rooms import CORRIDOR, HALL, SQUARE
 
@@ -11,6 +14,14 @@ from tests.support_rooms import CORRIDOR, HALL, SQUARE
 @pytest.fixture(scope="session")
 def hall() -> PreparedMap:
     return HALL.prepared()
+
+
+@pytest.fixture(scope="session")
+def hall_map(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The file of the hall's map."""
+    path = tmp_path_factory.mktemp("map") / "hall.ply"
+    save_cloud(HALL.cloud(), path)
+    return path
 
 
 @pytest.fixture(scope="session")

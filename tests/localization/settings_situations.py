@@ -1,9 +1,8 @@
-"""Short drives in which every part of the localiser has something to do, and a digest of all that it answers."""
+"""Short drives in which every part of the localiser has something to do, and all that it answers, bit for bit."""
 
 from __future__ import annotations
 
-import hashlib
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, replace
 from functools import cache
 
@@ -43,6 +42,8 @@ START = Pose.planar(3.0, 2.0, 0.3)
 FRIDGE = box((4.4, 1.2, 0.0), (5.0, 2.0, 1.8))
 _SIGMA = np.diag([0.04, 0.04, 0.0, 0.0, 0.0, 0.01])
 Readings = list[Reading]
+Answers = Iterator[object]
+"""What is answered one after the other, so that a comparison can end with the first difference."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -50,31 +51,21 @@ class Situation:
     """A drive, and the settings from which one is changed."""
 
     config: LocalizerConfig
-    run: Callable[[LocalizerConfig], str]
-    """Returns the digest of what the localiser answers under some settings."""
+    run: Callable[[LocalizerConfig], Answers]
+    """Yields what the localiser answers under some settings."""
 
 
-def digest(estimates: Iterable[Estimate], *more: object) -> str:
-    """A digest of all that estimates say."""
-    found = hashlib.sha256()
-    for e in estimates:
-        poses = [p for p in (e.map_from_base, e.odom_from_base) if p is not None]
-        poses += [c.map_from_base for c in e.hypotheses]
-        for pose in poses:
-            found.update(pose.position.tobytes() + pose.quaternion_wxyz.tobytes())
-        found.update(e.covariance.tobytes() + e.twist.linear.tobytes() + e.twist.angular.tobytes())
-        said = (
-            e.health,
-            e.reasons,
-            e.nis,
-            e.consistency,
-            e.verdict and (e.verdict.verdict, e.verdict.reason),
-        )
-        found.update(repr(said).encode())
-        if e.match is not None:
-            found.update(e.match.map_from_base.position.tobytes() + e.match.information.tobytes())
-    found.update(repr(more).encode())
-    return found.hexdigest()
+def all_of(e: Estimate) -> object:
+    """All that an estimate says, to be compared."""
+    poses = [p for p in (e.map_from_base, e.odom_from_base) if p is not None]
+    poses += [c.map_from_base for c in e.hypotheses]
+    arrays = [a for pose in poses for a in (pose.position, pose.quaternion_wxyz)]
+    arrays += [e.covariance, e.twist.linear, e.twist.angular]
+    if e.match is not None:
+        arrays += [e.match.map_from_base.position, e.match.information]
+    verdict = e.verdict and (e.verdict.verdict, e.verdict.reason)
+    said = repr((e.health, e.reasons, e.nis, e.consistency, verdict))
+    return said, b"".join(a.tobytes() for a in arrays)
 
 
 def answers(
@@ -82,16 +73,11 @@ def answers(
     config: LocalizerConfig,
     readings: Iterable[Reading | Callable[[Localizer], object]],
     scanners: Iterable[str] = tuple(MOUNTS),
-) -> str:
-    """The digest of a localiser's answers to readings, and to what is asked of it in between."""
+) -> Answers:
+    """Yield a localiser's answers to readings, and to what is asked of it in between."""
     localizer = Localizer(world, {name: MOUNTS[name] for name in scanners}, config)
-    estimates, asked = [], []
     for item in readings:
-        if callable(item):
-            asked.append(item(localizer))
-        else:
-            estimates.append(localizer.add(item))
-    return digest(estimates, *asked)
+        yield repr(item(localizer)) if callable(item) else all_of(localizer.add(item))
 
 
 def hinted(
@@ -137,7 +123,7 @@ def drive() -> tuple[Reading, ...]:
     return tuple(Drive(HALL, START, *orders, seed=1).readings())
 
 
-def tracked(config: LocalizerConfig) -> str:
+def tracked(config: LocalizerConfig) -> Answers:
     return answers(
         hall(),
         config,
@@ -148,26 +134,26 @@ def tracked(config: LocalizerConfig) -> str:
     )
 
 
-def searched(config: LocalizerConfig) -> str:
+def searched(config: LocalizerConfig) -> Answers:
     """No hint: the whole map is searched, and the places found are compared on the way."""
     readings = Drive(HALL, START, (0.3, 0.0, 0.0), (4.0, 0.6, 0.3), seed=2).readings()
     return answers(hall(), config, [*readings[:25], Localizer.relocalize, *readings[25:]])
 
 
-def ambiguous(config: LocalizerConfig) -> str:
+def ambiguous(config: LocalizerConfig) -> Answers:
     """A room that looks like itself from four sides, and nobody who asks for a search."""
     readings = Drive(SQUARE, START, (0.4, 0.0, 0.0), (9.0, 0.4, 0.8), seed=3).readings()
     return answers(square(), config, readings)
 
 
-def narrow_hint(config: LocalizerConfig) -> str:
+def narrow_hint(config: LocalizerConfig) -> Answers:
     """A hint with a covariance, and a second one that is wrong."""
     readings = hinted(list(drive()), 400_000_000, START @ Pose.planar(0.3, 0.2, 0.2), _SIGMA)
     wrong = Pose.planar(6.0, 3.0, 2.0)
     return answers(hall(), config, hinted(readings, 1_500_000_000, wrong, _SIGMA))
 
 
-def carried(config: LocalizerConfig) -> str:
+def carried(config: LocalizerConfig) -> Answers:
     """A robot that is set down elsewhere, on its way, without its wheels noticing."""
     before = Drive(HALL, START, (0.5, 0.0, 0.0), (1.0, 0.4, 0.0), seed=4)
     after = Drive(HALL, Pose.planar(6.0, 3.0, 2.5), (5.0, 0.4, -0.5), begin=before.end, seed=5)
@@ -175,14 +161,14 @@ def carried(config: LocalizerConfig) -> str:
     return answers(hall(), config, [*readings, *after.readings()])
 
 
-def changed_room(config: LocalizerConfig) -> str:
+def changed_room(config: LocalizerConfig) -> Answers:
     """A room where a fridge stands that is not mapped, and the shelf is gone."""
     there = Place([*HALL.faces[:-6], *FRIDGE])
     readings = Drive(there, START, (0.6, 0.0, 0.0), (3.0, 0.4, 0.5), seed=6).readings()
     return answers(hall(), config, hinted(readings, 400_000_000, START))
 
 
-def slipping(config: LocalizerConfig) -> str:
+def slipping(config: LocalizerConfig) -> Answers:
     """The wheels of one side spin, then both, then the robot is pushed."""
     readings = []
     for r in drive():
@@ -198,7 +184,7 @@ def slipping(config: LocalizerConfig) -> str:
     return answers(hall(), config, hinted(readings, 400_000_000, START))
 
 
-def blind(config: LocalizerConfig) -> str:
+def blind(config: LocalizerConfig) -> Answers:
     """The scanners are silent for a while, one longer than the other, and so is the gyro."""
     readings = Drive(HALL, START, (0.6, 0.0, 0.0), (4.0, 0.5, 0.4), seed=7).readings()
     silent = {"laser_horizontal": (1.0, 2.5), "laser_vertical": (1.0, 3.5)}
@@ -212,7 +198,7 @@ def blind(config: LocalizerConfig) -> str:
     return answers(hall(), config, hinted(kept, 400_000_000, START))
 
 
-def late(config: LocalizerConfig) -> str:
+def late(config: LocalizerConfig) -> Answers:
     """Scans that arrive a third of a second late, and one that is three seconds late."""
     readings = hinted(list(drive()), 400_000_000, START)
     due = [
@@ -221,7 +207,7 @@ def late(config: LocalizerConfig) -> str:
     return answers(hall(), config, [readings[i] for _, i in sorted(due)])
 
 
-def standing(config: LocalizerConfig) -> str:
+def standing(config: LocalizerConfig) -> Answers:
     """A robot that stands, and is turned by hand; its gyro has a bias."""
     readings = []
     for r in Drive(HALL, START, (3.0, 0.0, 0.0), seed=8).readings():
@@ -237,7 +223,7 @@ def corridor_drive() -> Drive:
     return Drive(OFFICE, LAP_START, *orders, begin=BEGIN)
 
 
-def by_odometry(config: LocalizerConfig, *, gyro: bool = False, turn: float = 1.6) -> str:
+def by_odometry(config: LocalizerConfig, *, gyro: bool = False, turn: float = 1.6) -> Answers:
     """Poses of bad wheels and one scanner, in an occupancy grid; a pose is late, and another stamped wrongly."""
     going = corridor_drive()
     due: Readings = list(gyro_of(going, bias=0.01)) if gyro else []
@@ -249,7 +235,7 @@ def by_odometry(config: LocalizerConfig, *, gyro: bool = False, turn: float = 1.
     return answers(grid(), config, due, scanners=(SCANNER,))
 
 
-def shaken_stamps(config: LocalizerConfig) -> str:
+def shaken_stamps(config: LocalizerConfig) -> Answers:
     """Odometry whose stamps are off by up to a fifth of a second, against the order of arrival."""
     going, rng = corridor_drive(), np.random.default_rng(1)
     due: Readings = []
@@ -261,10 +247,10 @@ def shaken_stamps(config: LocalizerConfig) -> str:
     return answers(grid(), config, due, scanners=(SCANNER,))
 
 
-def reckoned(config: LocalizerConfig, *, oriented: bool = True) -> str:
+def reckoned(config: LocalizerConfig, *, oriented: bool = True) -> Answers:
     """Dead reckoning: wheels and a unit that reports its orientation, or none and then silence."""
     reckoner, going = DeadReckoner(config.dead_reckoning), corridor_drive()
-    before, found = Odometry(BEGIN, Pose.identity()), []
+    before = Odometry(BEGIN, Pose.identity())
     for stamp in range(BEGIN + SECOND // 10, going.end, SECOND // 10):
         pose = going.pose(BEGIN).inverse() @ going.pose(stamp)
         if oriented or stamp < BEGIN + 4 * SECOND:
@@ -274,8 +260,7 @@ def reckoned(config: LocalizerConfig, *, oriented: bool = True) -> str:
         now = Odometry(stamp, pose)
         step = pose_step(before, now)
         reckoner, before = (reckoner if step is None else reckoner.take(step)), now
-        found += [reckoner.pose.position.tobytes(), reckoner.covariance.tobytes()]
-    return hashlib.sha256(b"".join(found)).hexdigest()
+        yield reckoner.pose.position.tobytes(), reckoner.covariance.tobytes()
 
 
 DEFAULT = LocalizerConfig()

@@ -2,7 +2,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from hypothesis import given, strategies as st
+from hypothesis import given, settings, strategies as st
 from hypothesis.extra import numpy as hnp
 
 from localization import geometry
@@ -37,24 +37,14 @@ def test_exp_is_a_rotation(w: FloatArray) -> None:
     assert np.linalg.det(r) == pytest.approx(1.0)
 
 
-@given(w=rotation_vectors())
-def test_exp_of_the_opposite_is_the_inverse(w: FloatArray) -> None:
-    assert so3_exp(w) @ so3_exp(-w) == pytest.approx(np.eye(3), abs=1e-14)
-
-
 @given(w=rotation_vectors(), s=floats(-1.0, 1.0), t=floats(-1.0, 1.0))
 def test_turns_about_one_axis_add_up(w: FloatArray, s: float, t: float) -> None:
     assert so3_exp(s * w) @ so3_exp(t * w) == pytest.approx(so3_exp((s + t) * w), abs=1e-14)
 
 
-@given(a=rotation_vectors(), b=rotation_vectors(), c=rotation_vectors())
-def test_turns_are_associative(a: FloatArray, b: FloatArray, c: FloatArray) -> None:
-    x, y, z = so3_exp(a), so3_exp(b), so3_exp(c)
-    assert (x @ y) @ z == pytest.approx(x @ (y @ z), abs=1e-14)
-
-
 @pytest.mark.parametrize("angle", ANGLES_THAT_BREAK_FORMULAS)
 @given(axis=vectors(3, 1.0).filter(lambda v: np.linalg.norm(v) > 0.1))
+@settings(max_examples=20)
 def test_log_undoes_exp(axis: FloatArray, angle: float) -> None:
     w = turn(axis, angle)
     again = so3_log(so3_exp(w))
@@ -88,12 +78,6 @@ def test_quaternion_survives_the_matrix_but_for_its_sign(q: FloatArray) -> None:
     assert again[0] >= 0.0
     assert again @ again == pytest.approx(1.0, abs=1e-15)
     assert again == pytest.approx(q if again @ q > 0.0 else -q, abs=1e-14)
-
-
-@given(w=rotation_vectors())
-def test_matrix_survives_the_quaternion(w: FloatArray) -> None:
-    r = so3_exp(w)
-    assert rotation_from_quaternion(quaternion_from_rotation(r)) == pytest.approx(r, abs=1e-14)
 
 
 @given(a=rotation_vectors(), b=rotation_vectors())
@@ -157,23 +141,13 @@ def tracks(draw: st.DrawFn) -> tuple[np.ndarray, FloatArray, FloatArray]:
 
 
 @given(track=tracks())
-def test_interpolation_passes_through_its_knots(
+def test_interpolation_passes_through_its_knots_and_is_clamped_to_its_ends(
     track: tuple[np.ndarray, FloatArray, FloatArray],
 ) -> None:
     times, positions, rotations = track
-    p, r = interpolate_many(times, *track)
-    assert p == pytest.approx(positions, abs=1e-12)
-    assert r == pytest.approx(rotations, abs=1e-12)
-
-
-@given(track=tracks())
-def test_interpolation_is_clamped_to_its_ends(
-    track: tuple[np.ndarray, FloatArray, FloatArray],
-) -> None:
-    times, positions, rotations = track
-    p, r = interpolate_many(np.array([times[0] - 5, times[-1] + 5]), *track)
-    assert p == pytest.approx(positions[[0, -1]], abs=1e-12)
-    assert r == pytest.approx(rotations[[0, -1]], abs=1e-12)
+    p, r = interpolate_many(np.array([times[0] - 5, *times, times[-1] + 5]), *track)
+    assert p == pytest.approx(positions[[0, *range(len(times)), -1]], abs=1e-12)
+    assert r == pytest.approx(rotations[[0, *range(len(times)), -1]], abs=1e-12)
 
 
 @given(a=rotation_vectors(), w=rotation_vectors(3.0), start=vectors(3), end=vectors(3))

@@ -45,11 +45,6 @@ def assert_near(a: Pose, b: Pose, tolerance: float = 1e-10) -> None:
     assert a.rotation == pytest.approx(b.rotation, abs=tolerance)
 
 
-@given(a=poses(), b=poses(), c=poses())
-def test_composition_is_associative(a: Pose, b: Pose, c: Pose) -> None:
-    assert_near((a @ b) @ c, a @ (b @ c))
-
-
 @given(a=poses())
 def test_identity_changes_nothing(a: Pose) -> None:
     assert_near(a @ Pose.identity(), a)

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from localization.types import Inertial, Pose, Reading, Scan, Twist, WheelSpeeds
-from robot_sim.errors import PhysicsError, SimulationError, UnknownSceneError, WorldError
+from robot_sim.errors import PhysicsError, SimulationError, WorldError
 from robot_sim.physics import Physics
 from robot_sim.robot.mujoco_body import FLOOR_BIT, OBSTACLE_BIT, add_robot, set_physics
 from robot_sim.robot_placement import place_robot
@@ -89,12 +89,6 @@ def test_robot_cannot_start_inside_a_wall(room: World) -> None:
         Simulation(room, start=Pose.planar(9.95, 4.0, 0.0))
 
 
-def test_unknown_scene_lists_the_available_ones() -> None:
-    with pytest.raises(UnknownSceneError, match=r"'moon'; available: .*office") as caught:
-        Simulation("moon")
-    assert "office" in caught.value.available
-
-
 @pytest.mark.parametrize("poison", [np.nan, np.inf, 1e11])
 def test_unstable_physics_raises_one_line_and_writes_no_file(
     field: World, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, poison: float
@@ -164,14 +158,6 @@ def test_forces_and_mocap_poses_are_constant_through_a_tick() -> None:
     np.testing.assert_array_equal(physics.data.body("cart").xpos, (1.0, 2.0, 3.0))
     # 1000 N lift 27 kg by (1000 / 27 - 9.8) t^2 / 2.
     assert motion.poses[-1, 2] == pytest.approx(0.5 * 27.2 * 0.06**2, rel=0.1)
-
-
-def test_simulations_share_a_world_but_no_state(field: World) -> None:
-    friction = field.model.pair_friction.copy()
-    first, second = (Simulation(field, config=SimulationConfig(scanners=())) for _ in range(2))
-    first._model.pair_friction[:] = 0.1
-    np.testing.assert_array_equal(field.model.pair_friction, friction)
-    np.testing.assert_array_equal(second._model.pair_friction, friction)
 
 
 def springs(stiffness: float) -> World:

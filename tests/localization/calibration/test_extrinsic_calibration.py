@@ -17,8 +17,6 @@ from localization.calibration.mount_file import read_mounts
 from localization.calibration.sample_extraction import calibration_samples
 from localization.evaluation.consistency import nees
 from localization.geometry import FloatArray, so3_log
-from localization.logs.mcap_writer import ReadingsWriter
-from localization.maps.map_files import save_cloud
 from localization.maps.prepared_map import PreparedMap
 from localization.monitoring.extrinsics_monitor import ExtrinsicsMonitorConfig
 from localization.mount_estimation.calibration_config import AXES
@@ -26,7 +24,7 @@ from localization.mount_estimation.calibration_sample import CalibrationSample
 from localization.pipeline.localizer import Localizer, LocalizerConfig
 from localization.types import Hint, Mounts, Pose, Reading
 from teleop.__main__ import main
-from tests.support_rooms import HALL, MOUNTS, Drive
+from tests.support_rooms import HALL, MOUNTS, Drive, write_log
 
 pytestmark = pytest.mark.slow
 
@@ -151,22 +149,26 @@ def test_standing_robot_gives_too_few_samples(hall: PreparedMap, readings: list[
 
 
 def test_log_is_calibrated_and_localised_with_the_result(
-    hall: PreparedMap,
+    hall_map: Path,
     readings: list[Reading],
     tmp_path: Path,
     capsys: pytest.CaptureFixture[str],
 ) -> None:
-    log, cloud, out = tmp_path / "log.mcap", tmp_path / "hall.ply", tmp_path / "mounts.toml"
-    save_cloud(hall.cloud, cloud)
-    now = 0
-    with ReadingsWriter(log, WRONG, {"map": "hall"}) as writer:
-        for reading in readings:
-            writer.write(reading, now := max(now, reading.stamp))
-    assert main(["calibrate", str(log), "--map", str(cloud)]) == 0
+    out = tmp_path / "mounts.toml"
+    log = write_log(tmp_path / "log.mcap", readings, WRONG, map="hall")
+    assert main(["calibrate", str(log), "--map", str(hall_map)]) == 0
     assert "laser_horizontal differs from its given mount" in capsys.readouterr().out
     yaw = read_mounts(out)["laser_horizontal"].yaw
     assert yaw == pytest.approx(0.0, abs=np.deg2rad(0.4))
-    arguments = ["localize", str(log), "--map", str(cloud), "--mounts", str(out), "--no-recording"]
+    arguments = [
+        "localize",
+        str(log),
+        "--map",
+        str(hall_map),
+        "--mounts",
+        str(out),
+        "--no-recording",
+    ]
     assert main([*arguments, "--no-report", "--out", str(tmp_path / "run")]) == 0
     assert len((tmp_path / "run" / "estimate.tum").read_text().splitlines()) > 100
 

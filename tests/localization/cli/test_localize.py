@@ -14,11 +14,10 @@ import pytest
 
 from localization.evaluation.trajectory import Trajectory
 from localization.evaluation.tum_file import read_tum, write_tum
-from localization.logs.mcap_writer import ReadingsWriter
 from localization.maps.map_files import save_cloud
 from localization.types import SECOND, Pose
 from teleop.__main__ import main
-from tests.support_rooms import HALL, MOUNTS, Drive
+from tests.support_rooms import HALL, Drive, write_log
 
 ROOT = Path(__file__).parents[3]
 START = Pose.planar(2.6, 1.6, 0.2)
@@ -31,9 +30,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A log of some seconds in a hall, the hall's map, and where the robot truly was."""
     place = tmp_path_factory.mktemp("hall")
     drive = Drive(HALL, START, (1.0, 0.0, 0.0), (4.0, 0.5, 0.35), (1.0, 0.0, 0.5), noise=0.012)
-    with ReadingsWriter(place / "drive.mcap", MOUNTS) as writer:
-        for i, reading in enumerate(drive.readings()):
-            writer.write(reading, i)
+    write_log(place / "drive.mcap", drive.readings())
     save_cloud(HALL.cloud(), place / "hall.ply")
     stamps = range(0, drive.end, SECOND // 50)
     write_tum(place / "truth.tum", Trajectory.from_poses((s, drive.pose(s)) for s in stamps))
@@ -158,19 +155,11 @@ def test_settings_of_file_and_command_line_are_used_and_kept(
     assert (again / "estimate.tum").read_bytes() == (out / "estimate.tum").read_bytes()
 
 
-@pytest.mark.parametrize(
-    ("option", "why"),
-    [
-        ("registration.normal_nois=1", "nearest: registration.normal_noise"),
-        ("registration.normal_noise=-1", "must be a number >= 0"),
-        ("registration.normal_noise", "NAME=VALUE"),
-    ],
-)
 def test_wrong_setting_is_an_error_before_the_work(
-    folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str], option: str, why: str
+    folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    assert main(words(folder, tmp_path / "out", "--set", option)) == 2
+    assert main(words(folder, tmp_path / "out", "--set", "registration.normal_nois=1")) == 2
     said = capsys.readouterr().err
-    assert why in said
+    assert "nearest: registration.normal_noise" in said
     assert len(said.strip().splitlines()) == 1
     assert not (tmp_path / "out").exists()

@@ -521,26 +521,11 @@ def under_way(yaw: float) -> tuple[DrivenFilter, Pose]:
     return ekf, then
 
 
-@given(yaw=floats(-3.0, 3.0), x=floats(-0.05, 0.05), y=floats(-0.02, 0.02))
-@settings(max_examples=20)
-def test_observed_motion_corrects_what_was_added_since_the_mark(
-    yaw: float, x: float, y: float
+@pytest.mark.parametrize("yaw", [0.0, -2.5, 1.1])
+def test_observed_motion_is_weighed_like_a_measurement_of_what_was_added_since_the_mark(
+    yaw: float,
 ) -> None:
     ekf, then = under_way(yaw)
-    before = ekf.covariance
-    motion = (then.inverse() @ ekf.pose) @ Pose.planar(x, y, 0.0)
-    ahead = (ekf.pose.inverse() @ (then @ motion)).position
-    ekf.update_relative(then, motion, SEEN * 1e-4, NONE)
-    left = (ekf.pose.inverse() @ (then @ motion)).position
-    assert np.hypot(left[0], left[1]) < 0.02 * np.hypot(ahead[0], ahead[1]) + 1e-4
-    # Where it was before remains as unsure as it was.
-    assert np.sqrt(np.diag(ekf.covariance))[:2] == pytest.approx([0.2, 0.2], abs=0.01)
-    assert np.linalg.eigvalsh(before - ekf.covariance).min() > -1e-12
-    healthy(ekf)
-
-
-def test_observed_motion_is_weighed_like_a_measurement_of_the_added_error() -> None:
-    ekf, then = under_way(0.0)
     h = np.zeros((3, 6))
     h[:2, :3], h[2, 5] = ekf.pose.rotation.T[:2], 1.0
     q, before = ekf.accrued.copy(), ekf.covariance
@@ -662,6 +647,7 @@ def test_measurements_that_are_not_finite_do_not_reach_the_filter(bad: float) ->
     poisoned = np.array(unsure.information)
     poisoned[0, 0] = np.nan
     attempts: list[Callable[[], object]] = [
+        lambda: ekf.predict(DT, np.array([0.0, 0.0, bad]), DOWN, 0.1, 0.1, slipping=False),
         lambda: ekf.update_wheel_yaw(np.array([0.0, 0.0, np.nan]), 0.1, 0.1),
         lambda: ekf.update_wheel_yaw(np.zeros(3), np.nan, 0.1),
         lambda: ekf.update_match(
@@ -670,24 +656,14 @@ def test_measurements_that_are_not_finite_do_not_reach_the_filter(bad: float) ->
         lambda: ekf.update_relative(Pose.identity(), pose, np.diag([bad, 1.0, 1.0]), NONE),
     ]
     for attempt in attempts:
-        with pytest.raises(ArithmeticError, match="non-finite"):
+        with pytest.raises((ArithmeticError, ValueError), match="finite"):
             attempt()
         assert ekf.pose is pose
         assert bits(ekf.full_covariance) == bits(before)
 
 
-def test_reading_that_is_not_finite_leaves_the_prediction_as_it_was() -> None:
-    ekf = DrivenFilter()
-    a_little(ekf, 10)
-    pose, before = ekf.pose, ekf.full_covariance
-    with pytest.raises(ValueError, match="finite"):
-        ekf.predict(DT, np.array([0.0, 0.0, np.nan]), DOWN, 0.1, 0.1, slipping=False)
-    assert ekf.pose is pose
-    assert bits(ekf.full_covariance) == bits(before)
-
-
 @given(seed=st.integers(0, 100_000))
-@settings(max_examples=30)
+@settings(max_examples=15)
 @pytest.mark.slow
 @pytest.mark.untraced
 def test_covariance_stays_symmetric_and_positive_whatever_comes(seed: int) -> None:

@@ -1,6 +1,5 @@
 from __future__ import annotations
 
-import bz2
 import gzip
 import lzma
 import math
@@ -146,19 +145,6 @@ def test_times_without_zeros_are_repaired(tmp_path: Path) -> None:
     assert (told == stamps).mean() > 0.97
 
 
-def test_correct_times_are_unchanged(log: Path) -> None:
-    assert CarmenLog(log).warnings == ()
-
-
-@pytest.mark.parametrize("pack", [gzip.compress, bz2.compress, lzma.compress])
-def test_compressed_logs_read_the_same(
-    log: Path, text: str, tmp_path: Path, pack: Callable[[bytes], bytes]
-) -> None:
-    packed = tmp_path / "packed"
-    packed.write_bytes(pack(text.encode()))
-    assert [r.stamp for r in open_log(packed)] == [r.stamp for r in open_log(log)]
-
-
 @pytest.mark.parametrize("pack", [gzip.compress, lzma.compress])
 def test_cut_text_ends_with_its_last_whole_line_and_a_note_says_so(
     log: Path, text: str, tmp_path: Path, pack: Callable[[bytes], bytes]
@@ -301,20 +287,6 @@ def test_poses_come_in_the_order_in_which_the_robot_drove_though_lines_are_late_
     assert len(driven) == 40
     stamps = [r.stamp for r in readings]
     assert stamps == sorted(stamps)
-
-
-def test_pose_and_scan_of_one_instant_are_no_refusal(text: str, tmp_path: Path) -> None:
-    save_cloud(HALL.cloud(), tmp_path / "hall.ply")
-    lines = []
-    for line in text.splitlines()[:40]:
-        if line.startswith("FLASER"):
-            words = line.split()
-            lines.append(f"ODOM {' '.join(words[-6:-3])} 0 0 0 {words[-3]} robot 1.0")
-        lines.append(line)
-    path = tmp_path / "pairs.log"
-    path.write_text("\n".join(lines) + "\n")
-    notes = localize(path, tmp_path / "hall.ply", start=START).notes
-    assert not [note for note in notes if "refused" in note]
 
 
 def test_equal_stamps_are_rejected_as_such(tmp_path: Path) -> None:

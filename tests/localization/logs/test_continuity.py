@@ -9,13 +9,11 @@ import numpy as np
 import pytest
 
 from localization.logs.continuity import LogContinuity
-from localization.logs.mcap_writer import ReadingsWriter
-from localization.maps.map_files import save_cloud
 from localization.pipeline.log_replay import LogRun
 from localization.types import SECOND, Hint, Inertial, Odometry, Pose, Reading, Scan, WheelSpeeds
 from teleop.__main__ import main
 from tests.localization.logs.test_carmen_log import flaser
-from tests.support_rooms import HALL, MOUNTS, Drive
+from tests.support_rooms import HALL, Drive, write_log
 
 
 class Held:
@@ -130,7 +128,7 @@ def test_equal_stamps_of_a_source_are_named() -> None:
 
 @pytest.mark.slow
 def test_findings_are_in_the_summary_and_on_the_terminal(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    tmp_path: Path, hall_map: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     """A CARMEN text whose clock jumps back an hour, and whose scanner gets twice the beams."""
     drive = Drive(HALL, Pose.planar(2.6, 1.6, 0.2), (3.0, 0.2, 0.0))
@@ -139,11 +137,10 @@ def test_findings_are_in_the_summary_and_on_the_terminal(
         pose = drive.pose(i * 10**8)
         seconds = 5000.0 + 0.1 * i - (3600.0 if i >= 20 else 0.0)
         lines.append(flaser(HALL, pose, pose, seconds, beams=361 if i >= 10 else 181))
-    log, place = tmp_path / "odd.log", tmp_path / "hall.ply"
+    log = tmp_path / "odd.log"
     log.write_text("\n".join(lines) + "\n")
-    save_cloud(HALL.cloud(), place)
     out = tmp_path / "out"
-    words = ["localize", str(log), "--map", str(place), "--start", "2.6", "1.6", "11.5"]
+    words = ["localize", str(log), "--map", str(hall_map), "--start", "2.6", "1.6", "11.5"]
     assert main([*words, "--out", str(out), "--no-recording"]) in (0, 1)
     printed = " ".join(capsys.readouterr().out.split())  # lines are as wide as the terminal
     page = (out / "report.html").read_text(encoding="utf-8")
@@ -156,15 +153,11 @@ def test_findings_are_in_the_summary_and_on_the_terminal(
         assert said in page
 
 
-def test_refused_readings_never_have_an_empty_reason(tmp_path: Path) -> None:
+def test_refused_readings_never_have_an_empty_reason(tmp_path: Path, hall_map: Path) -> None:
     """Also when the last reading is refused, after which no estimate comes."""
-    place, path = tmp_path / "hall.ply", tmp_path / "log.mcap"
-    save_cloud(HALL.cloud(), place)
     readings = Drive(HALL, Pose.planar(3.0, 2.0, 0.3), (0.5, 0.0, 0.0)).readings()
-    with ReadingsWriter(path, MOUNTS) as writer:
-        for i, reading in enumerate([*readings, WheelSpeeds(readings[-1].stamp + 1, 99.0, 99.0)]):
-            writer.write(reading, i)
-    run = LogRun(path, place)
+    broken = [*readings, WheelSpeeds(readings[-1].stamp + 1, 99.0, 99.0)]
+    run = LogRun(write_log(tmp_path / "log.mcap", broken), hall_map)
     list(run)
     (note,) = (n for n in run.notes if "refused" in n)
     assert note.startswith("1 readings refused, such as: refused wheel speeds 99, 99 m/s")

@@ -7,6 +7,7 @@ import gzip
 import lzma
 import shutil
 from collections.abc import Callable
+from functools import cache
 from pathlib import Path
 
 import pytest
@@ -14,20 +15,16 @@ from mcap.reader import make_reader
 from mcap.writer import CompressionType, Writer as McapWriter
 from rosbags.rosbag1 import Writer as Ros1Writer
 from rosbags.rosbag2 import (
-    CompressionFormat,
     CompressionMode,
     StoragePlugin,
-    Writer as Ros2Writer,
 )
 
 from localization.logs.log_interface import LogError
-from localization.logs.mcap_writer import ReadingsWriter
 from localization.logs.open_log import open_log
-from localization.logs.ros_types import TYPES, to_cdr
 from localization.types import Pose, Reading
 from tests.localization.logs.test_carmen_log import flaser
-from tests.localization.logs.test_ros_bag import ROS1, Messages, _as_ros1, recorded
-from tests.support_rooms import HALL, MOUNTS, Drive
+from tests.localization.logs.test_ros_bag import recorded, ros1, ros2
+from tests.support_rooms import HALL, Drive, write_log
 
 START = Pose.planar(2.6, 1.6, 0.2)
 
@@ -38,10 +35,7 @@ def ours(compression: CompressionType) -> Write:
     """Our log, packed as some other tool would repack it."""
 
     def write(folder: Path, readings: list[Reading]) -> Path:
-        first, path = folder / "first.mcap", folder / "ours.mcap"
-        with ReadingsWriter(first, MOUNTS) as writer:
-            for i, reading in enumerate(readings):
-                writer.write(reading, i)
+        first, path = write_log(folder / "first.mcap", readings), folder / "ours.mcap"
         with first.open("rb") as source, path.open("wb") as target:
             out = McapWriter(target, chunk_size=16 * 1024, compression=compression)
             out.start(profile="ros2", library="another")
@@ -62,40 +56,12 @@ def ours(compression: CompressionType) -> Write:
     return write
 
 
-def ros1(compression: Ros1Writer.CompressionFormat | None) -> Write:
-    def write(folder: Path, readings: list[Reading]) -> Path:
-        path = folder / "robot.bag"
-        bag = Ros1Writer(path)
-        if compression is not None:
-            bag.set_compression(compression)
-        with bag:
-            lines = {}
-            for topic, stamp, message in recorded(readings):
-                kind = message.__msgtype__  # type: ignore[attr-defined]
-                if topic not in lines:
-                    lines[topic] = bag.add_connection(topic, kind, typestore=ROS1)
-                bag.write(lines[topic], stamp, ROS1.serialize_ros1(_as_ros1(message), kind))
-        return path
-
-    return write
+def ros_1(compression: Ros1Writer.CompressionFormat | None) -> Write:
+    return lambda folder, readings: ros1(folder / "robot", recorded(readings), compression)
 
 
-def ros2(storage: StoragePlugin, mode: CompressionMode) -> Write:
-    def write(folder: Path, readings: list[Reading]) -> Path:
-        path = folder / "bag"
-        bag = Ros2Writer(path, version=9, storage_plugin=storage)
-        bag.set_compression(mode, CompressionFormat.ZSTD)
-        with bag:
-            lines = {}
-            held: Messages = recorded(readings)
-            for topic, stamp, message in held:
-                kind = message.__msgtype__  # type: ignore[attr-defined]
-                if topic not in lines:
-                    lines[topic] = bag.add_connection(topic, kind, typestore=TYPES)
-                bag.write(lines[topic], stamp, to_cdr(message))
-        return path
-
-    return write
+def ros_2(storage: StoragePlugin, mode: CompressionMode) -> Write:
+    return lambda folder, readings: ros2(folder / "bag", recorded(readings), storage, mode)
 
 
 def carmen(pack: Callable[[bytes], bytes]) -> Write:
@@ -114,16 +80,16 @@ FORMATS: dict[str, Write] = {
     "ours, not packed": ours(CompressionType.NONE),
     "ours, lz4": ours(CompressionType.LZ4),
     "ours, zstd": ours(CompressionType.ZSTD),
-    "ROS 1, not packed": ros1(None),
-    "ROS 1, bz2": ros1(Ros1Writer.CompressionFormat.BZ2),
-    "ROS 1, lz4": ros1(Ros1Writer.CompressionFormat.LZ4),
-    "ROS 2 sqlite, not packed": ros2(SQLITE, CompressionMode.NONE),
-    "ROS 2 sqlite, files packed": ros2(SQLITE, CompressionMode.FILE),
-    "ROS 2 sqlite, messages packed": ros2(SQLITE, CompressionMode.MESSAGE),
-    "ROS 2 mcap, not packed": ros2(MCAP, CompressionMode.NONE),
-    "ROS 2 mcap, files packed": ros2(MCAP, CompressionMode.FILE),
-    "ROS 2 mcap, messages packed": ros2(MCAP, CompressionMode.MESSAGE),
-    "ROS 2 mcap, chunks packed": ros2(MCAP, CompressionMode.STORAGE),
+    "ROS 1, not packed": ros_1(None),
+    "ROS 1, bz2": ros_1(Ros1Writer.CompressionFormat.BZ2),
+    "ROS 1, lz4": ros_1(Ros1Writer.CompressionFormat.LZ4),
+    "ROS 2 sqlite, not packed": ros_2(SQLITE, CompressionMode.NONE),
+    "ROS 2 sqlite, files packed": ros_2(SQLITE, CompressionMode.FILE),
+    "ROS 2 sqlite, messages packed": ros_2(SQLITE, CompressionMode.MESSAGE),
+    "ROS 2 mcap, not packed": ros_2(MCAP, CompressionMode.NONE),
+    "ROS 2 mcap, files packed": ros_2(MCAP, CompressionMode.FILE),
+    "ROS 2 mcap, messages packed": ros_2(MCAP, CompressionMode.MESSAGE),
+    "ROS 2 mcap, chunks packed": ros_2(MCAP, CompressionMode.STORAGE),
     "CARMEN, not packed": carmen(bytes),
     "CARMEN, gz": carmen(gzip.compress),
     # Blocks of 100 kB: what is of a block that is cut cannot be unpacked.
@@ -139,10 +105,17 @@ def readings() -> list[Reading]:
     return Drive(HALL, START, (1.0, 0.3, 0.2), seed=4).readings()
 
 
-def cut(path: Path, share: float) -> Path:
+@pytest.fixture(scope="module")
+def written(
+    tmp_path_factory: pytest.TempPathFactory, readings: list[Reading]
+) -> Callable[[str], Path]:
+    """A log of each format that is asked for, written once."""
+    return cache(lambda name: FORMATS[name](tmp_path_factory.mktemp("logs"), readings))
+
+
+def cut(path: Path, share: float, folder: Path) -> Path:
     """A copy of a log whose recorder, or whose disk, gave up."""
-    short = path.with_name(f"cut-{path.name}")
-    file = short
+    file = short = folder / path.name
     if path.is_dir():
         shutil.copytree(path, short)
         file = max(
@@ -156,9 +129,9 @@ def cut(path: Path, share: float) -> Path:
 
 @pytest.mark.parametrize("name", FORMATS)
 def test_every_format_is_read_completely(
-    name: str, tmp_path: Path, readings: list[Reading]
+    name: str, readings: list[Reading], written: Callable[[str], Path]
 ) -> None:
-    log = open_log(FORMATS[name](tmp_path, readings))
+    log = open_log(written(name))
     # In CARMEN's, each scan is an odometry reading as well.
     expected = 2 * CARMEN_SCANS if name.startswith("CARMEN") else len(readings)
     assert len(list(log)) == expected
@@ -167,8 +140,10 @@ def test_every_format_is_read_completely(
 
 
 @pytest.mark.parametrize("name", ENDS_WITH_LAST_WHOLE_PART)
-def test_cut_log_is_read_to_its_end(name: str, tmp_path: Path, readings: list[Reading]) -> None:
-    log = open_log(cut(FORMATS[name](tmp_path, readings), 0.6))
+def test_cut_log_is_read_to_its_end(
+    name: str, tmp_path: Path, readings: list[Reading], written: Callable[[str], Path]
+) -> None:
+    log = open_log(cut(written(name), 0.6, tmp_path))
     count = len(list(log))
     assert 10 < count < max(len(readings), 2 * CARMEN_SCANS if name.startswith("CARMEN") else 0)
     assert log.warnings or name.startswith("CARMEN")
@@ -177,9 +152,9 @@ def test_cut_log_is_read_to_its_end(name: str, tmp_path: Path, readings: list[Re
 @pytest.mark.parametrize("share", [0.02, 0.6, 0.98])
 @pytest.mark.parametrize("name", ASKS_FOR_MENDING)
 def test_cut_bag_is_an_error_with_a_remedy(
-    name: str, share: float, tmp_path: Path, readings: list[Reading]
+    name: str, share: float, tmp_path: Path, written: Callable[[str], Path]
 ) -> None:
-    path = cut(FORMATS[name](tmp_path, readings), share)
+    path = cut(written(name), share, tmp_path)
     with pytest.raises(LogError, match=r"damaged|reindex|recover") as error:
         list(open_log(path))
     assert "\n" not in str(error.value)

@@ -1,8 +1,6 @@
 import numpy as np
 from numpy.testing import assert_array_equal
 
-from localization.logs.motion_messages import odometry_message
-from localization.logs.pose_messages import mounts_message
 from localization.logs.ros_geometry import (
     pose_from_message,
     pose_from_transform,
@@ -10,7 +8,7 @@ from localization.logs.ros_geometry import (
     transform_to_dict,
     vector_to_dict,
 )
-from localization.types import Odometry, Pose
+from localization.types import Pose
 
 POSE = Pose(np.array([1.0, -2.0, 0.5]), np.array([0.1, -0.2, 0.3, 0.9]))
 
@@ -23,12 +21,6 @@ def assert_same(a: Pose, b: Pose) -> None:
 def test_pose_is_restored_from_a_dictionary_exactly() -> None:
     assert_same(pose_from_message(pose_to_dict(POSE)), POSE)
     assert_same(pose_from_transform(transform_to_dict(POSE)), POSE)
-
-
-def test_pose_is_restored_from_a_message_exactly() -> None:
-    assert_same(pose_from_message(odometry_message(Odometry(0, POSE)).pose.pose), POSE)
-    link = mounts_message({"laser": POSE}).transforms[0]
-    assert_same(pose_from_transform(link.transform), POSE)
 
 
 def test_quaternion_keeps_the_names_of_its_parts() -> None:

@@ -9,7 +9,7 @@ from localization.logs.frame_tree import SensorLayout
 from localization.logs.motion_messages import odometry_message
 from localization.logs.open_log import open_log
 from localization.logs.ros_types import IMU, JOINT_STATE, LASER_SCAN, ODOMETRY
-from localization.logs.topic_choice import chosen_topics, namespace
+from localization.logs.topic_choice import chosen_topics
 from localization.pipeline.log_replay import localize
 from localization.types import SECOND, Odometry, Pose
 from tests.localization.logs.test_ros_bag import Messages, recorded, ros1
@@ -70,15 +70,6 @@ def test_of_several_odometries_and_inertial_topics_the_measured_one_is_read() ->
     assert {t for t, k in kept.items() if counts[t]} == {"/wheel/odom", "/imu/data"}
     assert "3 topics hold odometry" in notes[0]
     assert "/imu/data is read; choose with --topics" in notes[1]
-
-
-def test_namespace_is_the_first_of_several_parts() -> None:
-    assert [namespace(t) for t in ("/scan", "/r1/scan", "r1/front/scan", "/")] == [
-        "",
-        "r1",
-        "r1",
-        "",
-    ]
 
 
 def test_two_odometries_of_a_bag_do_not_become_one(tmp_path: Path) -> None:

@@ -83,14 +83,11 @@ def bursts(n: int) -> list[int]:
     return [SECOND * (1 + k // 5) + 200_000 * (k % 5) for k in range(n)]
 
 
-@pytest.mark.parametrize("stamps", [even, bursts])
 @pytest.mark.parametrize("factor", [(1.0, 1.0), (1.0, 1.85), (1.0, 0.5), (1.08, 0.7)])
-def test_drive_is_followed_whatever_stamps_and_wheels_do(
-    stamps: Callable[[int], list[int]], factor: tuple[float, float]
-) -> None:
+def test_drive_is_followed_whatever_stamps_and_wheels_do(factor: tuple[float, float]) -> None:
     truth = circle()
     way, turn = factor
-    when = stamps(len(truth))
+    when = bursts(len(truth))
     steps = followed(log_of(truth, wheels(truth, lambda s: s * [way, way, turn]), when))
     assert len(steps) > 100
     assert error(steps, truth, when) < 0.06

@@ -205,6 +205,17 @@ def survey(readings: list[Reading]) -> Survey:
     return map_drive(readings, MOUNTS, LEVEL, start=START)
 
 
+@pytest.fixture(scope="module")
+def beginning(readings: list[Reading]) -> list[Reading]:
+    return readings[: len(readings) // 3]
+
+
+@pytest.fixture(scope="module")
+def here(beginning: list[Reading]) -> Survey:
+    """The survey of the drive's beginning that starts at the map's origin."""
+    return map_drive(beginning, MOUNTS, LEVEL)
+
+
 def truth_of(drive: Drive) -> Trajectory:
     stamps = range(TICK, drive.end + 1, TICK)
     return Trajectory.from_poses((stamp, drive.pose(stamp)) for stamp in stamps)
@@ -242,13 +253,13 @@ def test_map_of_a_drive_localises_the_robot_on_another(survey: Survey) -> None:
 
 @pytest.mark.slow
 @pytest.mark.untraced
-def test_map_begins_at_its_origin_by_default(readings: list[Reading], survey: Survey) -> None:
-    short = readings[: len(readings) // 2]
-    here = map_drive(short, MOUNTS, LEVEL)
+def test_map_begins_at_its_origin_by_default(
+    beginning: list[Reading], here: Survey, survey: Survey
+) -> None:
     first = here.trajectory.pose(0)
     assert np.hypot(*first.position[:2]) < 1e-6
     assert abs(first.yaw) < 1e-6
-    there = map_drive(short, MOUNTS, LEVEL, start=START)
+    there = map_drive(beginning, MOUNTS, LEVEL, start=START)
     step = START.inverse() @ there.trajectory.pose(len(there.steps) - 1)
     same = here.trajectory.pose(len(here.steps) - 1)
     assert step.position == pytest.approx(same.position, abs=1e-6)
@@ -257,11 +268,10 @@ def test_map_begins_at_its_origin_by_default(readings: list[Reading], survey: Su
 
 @pytest.mark.slow
 @pytest.mark.untraced
-def test_same_readings_give_the_same_bits(readings: list[Reading]) -> None:
-    part = readings[: len(readings) // 3]
-    one, two = (map_drive(part, MOUNTS, LEVEL) for _ in range(2))
-    assert one.trajectory.positions.tobytes() == two.trajectory.positions.tobytes()
-    assert one.trajectory.quaternions_wxyz.tobytes() == two.trajectory.quaternions_wxyz.tobytes()
+def test_same_readings_give_the_same_bits(beginning: list[Reading], here: Survey) -> None:
+    again = map_drive(beginning, MOUNTS, LEVEL).trajectory
+    assert here.trajectory.positions.tobytes() == again.positions.tobytes()
+    assert here.trajectory.quaternions_wxyz.tobytes() == again.quaternions_wxyz.tobytes()
 
 
 @pytest.mark.long

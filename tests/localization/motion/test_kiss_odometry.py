@@ -192,10 +192,6 @@ def usual() -> str:
     return printed()
 
 
-def test_two_processes_agree_to_the_last_bit(usual: str) -> None:
-    assert printed() == usual
-
-
 def test_environment_does_not_configure_kiss(usual: str) -> None:
     settings = {
         "kiss_icp_data": '{"max_range": 1.0, "deskew": true}',

@@ -9,15 +9,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from localization.config import LocalizerConfig
 from localization.evaluation.tum_file import read_tum
-from localization.logs.frame_tree import SensorLayout
 from localization.logs.log_interface import LogError
-from localization.logs.mcap_writer import ReadingsWriter
-from localization.maps.map_files import save_cloud
 from localization.motion.sensor_configuration import Motion, SensorConfiguration
 from localization.pipeline.dead_reckoning_run import DeadReckoningRun
-from localization.pipeline.log_replay import LogRun, localize, open_run
+from localization.pipeline.log_replay import Localized, LogRun, localize, open_run
 from localization.types import (
     SECOND,
     Health,
@@ -31,7 +27,7 @@ from localization.types import (
 )
 from teleop.__main__ import main
 from tests.localization.logs.test_ros_bag import recorded, ros1
-from tests.support_rooms import HALL, MOUNTS, Drive
+from tests.support_rooms import HALL, Drive, write_log
 
 START = Pose.planar(2.6, 1.6, 0.9)
 DRIVE = Drive(HALL, START, (1.0, 0.0, 0.0), (4.0, 0.5, 0.35), (2.0, 0.0, 0.8), (3.0, 0.4, -0.3))
@@ -62,14 +58,14 @@ def bag(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @pytest.fixture(scope="module")
-def map_path(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    path = tmp_path_factory.mktemp("map") / "hall.ply"
-    save_cloud(HALL.cloud(), path)
-    return path
+def done(bag: Path) -> Localized:
+    """The bag as it is dead-reckoned without a map, by the default settings."""
+    return localize(bag)
 
 
-def test_log_without_scanner_and_map_is_dead_reckoned_from_its_first_heading(bag: Path) -> None:
-    done = localize(bag)
+def test_log_without_scanner_and_map_is_dead_reckoned_from_its_first_heading(
+    done: Localized,
+) -> None:
     last = done.estimates[-1]
     assert last.map_from_base is not None
     true = Pose.planar(0.0, 0.0, 0.9) @ END
@@ -83,28 +79,27 @@ def test_log_without_scanner_and_map_is_dead_reckoned_from_its_first_heading(bag
     assert 0.02 < sigma[0] < 0.5
 
 
-def test_start_in_a_map_places_the_path_and_its_covariance(bag: Path, map_path: Path) -> None:
+def test_start_in_a_map_places_the_path_and_its_covariance(
+    bag: Path, done: Localized, hall_map: Path
+) -> None:
     turned = Pose.planar(3.0, 2.0, -1.0)
-    alone, placed = localize(bag), localize(bag, map_path, start=turned)
+    placed = localize(bag, hall_map, start=turned)
     last = placed.estimates[-1]
     assert last.map_from_base is not None
     np.testing.assert_allclose(last.map_from_base.position, (turned @ END).position, atol=0.02)
-    spread = [np.linalg.eigvalsh(r.estimates[-1].covariance) for r in (alone, placed)]
+    spread = [np.linalg.eigvalsh(r.estimates[-1].covariance) for r in (done, placed)]
     np.testing.assert_allclose(spread[0], spread[1], atol=1e-9)
-    assert not np.allclose(alone.estimates[-1].covariance, last.covariance)
+    assert not np.allclose(done.estimates[-1].covariance, last.covariance)
 
 
-def test_map_without_a_start_and_hints_are_remarked_upon(map_path: Path, tmp_path: Path) -> None:
+def test_map_without_a_start_and_hints_are_remarked_upon(hall_map: Path, tmp_path: Path) -> None:
     held = [*scannerless()[:200], Hint(SECOND // 2, START, np.zeros((6, 6)))]
-    path = tmp_path / "log.mcap"
-    with ReadingsWriter(path, MOUNTS) as writer:
-        for i, reading in enumerate(held):
-            writer.write(reading, i)
+    path = write_log(tmp_path / "log.mcap", held)
     assert localize(path).notes == ("1 hints were not used: give the first pose as the start",)
     bare = ros1(tmp_path / "bag", recorded(held))
-    (note,) = localize(bare, map_path).notes
+    (note,) = localize(bare, hall_map).notes
     assert note.startswith("no start was given: the path begins at the map's origin")
-    assert localize(bare, map_path, start=START).notes == ()
+    assert localize(bare, hall_map, start=START).notes == ()
 
 
 def test_gyro_alone_begins_with_heading_zero(tmp_path: Path) -> None:
@@ -127,12 +122,9 @@ def test_odometry_alone_is_as_wrong_as_its_turns_and_says_so(tmp_path: Path) -> 
 
 
 def test_log_with_scanner_is_dead_reckoned_without_a_map_and_the_scans_are_counted(
-    tmp_path: Path, map_path: Path
+    tmp_path: Path, hall_map: Path
 ) -> None:
-    path = tmp_path / "log.mcap"
-    with ReadingsWriter(path, MOUNTS) as writer:
-        for i, reading in enumerate(DRIVE.readings()):
-            writer.write(reading, i)
+    path = write_log(tmp_path / "log.mcap", DRIVE.readings())
     run = open_run(path)
     assert isinstance(run, DeadReckoningRun)
     last = list(run)[-1]
@@ -141,7 +133,7 @@ def test_log_with_scanner_is_dead_reckoned_without_a_map_and_the_scans_are_count
     assert last.reasons == ("dead-reckoned: no map",)
     (note,) = run.notes
     assert "scans were not used; `farsteer map`" in note
-    assert isinstance(open_run(path, map_path), LogRun)
+    assert isinstance(open_run(path, hall_map), LogRun)
 
 
 @pytest.mark.parametrize(
@@ -192,15 +184,15 @@ def test_bag_of_an_inertial_unit_alone_cannot_be_dead_reckoned(tmp_path: Path) -
 
 
 def test_map_and_calibration_need_a_scanner(
-    bag: Path, map_path: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    bag: Path, hall_map: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    for words in (["map", str(bag)], ["calibrate", str(bag), "--map", str(map_path)]):
+    for words in (["map", str(bag)], ["calibrate", str(bag), "--map", str(hall_map)]):
         assert main([*words, "--out", str(tmp_path / "out")]) == 2
         assert "has no scanner; `farsteer localize` without --map" in capsys.readouterr().err
 
 
-def test_settings_reach_dead_reckoning(bag: Path) -> None:
-    plain = localize(bag).estimates[-1].covariance
+def test_settings_reach_dead_reckoning(bag: Path, done: Localized) -> None:
+    plain = done.estimates[-1].covariance
     unsure = localize(bag, settings={"dead_reckoning.distance_scale": 0.5}).estimates[-1].covariance
     assert np.trace(unsure[:2, :2]) > 10.0 * np.trace(plain[:2, :2])
     level = localize(bag, settings={"sensors.motion": "odometry", "sensors.flat": True})
@@ -237,10 +229,3 @@ def test_report_and_recording_need_no_map(bag: Path, tmp_path: Path) -> None:
     assert page.count("<svg") == 6
     assert "dead-reckoned: no scanner in the log" in page
     assert (out / "recording.rrd").read_bytes()[:3] == b"RRF"
-
-
-def test_layout_and_defaults_need_nothing_more(bag: Path) -> None:
-    run = open_run(bag, layout=SensorLayout())
-    assert run.config == LocalizerConfig.of(run.log.sensors)
-    assert run.verdicts == []
-    assert 0 < len({e.stamp for e in run}) <= DRIVE.end // SECOND * 50 + 1

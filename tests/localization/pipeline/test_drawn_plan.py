@@ -66,9 +66,7 @@ def drawn(place: Place, cell: float, slant: float) -> PreparedMap:
     return prepare(cloud_from_grid(occupied, ~occupied, cell, origin, name="plan"))
 
 
-@pytest.mark.parametrize(
-    ("cell", "slant"), [(0.02, 0.0), (0.05, 0.0), (0.1, 0.0), (0.05, 0.37), (0.05, 0.25 * np.pi)]
-)
+@pytest.mark.parametrize(("cell", "slant"), [(0.02, 0.0), (0.1, 0.0), (0.05, 0.37)])
 def test_robot_is_tracked_in_a_plan_whose_walls_are_lines(cell: float, slant: float) -> None:
     log = moments(ROOM, ROUND, Wheels(), scan_every=5)
     followed = follow(drawn(ROOM, cell, slant), ROUND, log, hint=Pose.identity())

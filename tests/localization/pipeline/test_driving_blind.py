@@ -48,7 +48,7 @@ def hedge() -> PreparedMap:
 def driven(world: PreparedMap, *, slip: float) -> list[Instant]:
     """Drive along the posts; for two seconds without sight the wheels claim ``slip`` times the way."""
     start = Pose.planar(0.0, 0.0, 0.0)
-    drive = Drive(HEDGE, start, (18.0, 0.5, 0.0))
+    drive = Drive(HEDGE, start, (15.5, 0.5, 0.0))
     localizer = Localizer(world, MOUNTS)
     localizer.add(Hint(0, start, np.zeros((6, 6))))
     instants = []

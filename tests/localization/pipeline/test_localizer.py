@@ -26,7 +26,6 @@ from localization.types import (
 )
 from robot_sim.simulation import Simulation
 from robot_sim.worlds.loading import parse_world
-from tests.support import bits
 from tests.support_rooms import CORRIDOR, HALL, MOUNTS, TICK, Drive, Place, apart, box
 
 START = Pose.planar(2.6, 1.6, 0.2)
@@ -156,18 +155,6 @@ def test_odometry_does_not_jump_when_the_map_pose_does(
     assert apart(moved, true)[0] < 0.05
 
 
-def test_same_readings_give_the_same_bits(
-    hall: PreparedMap, loop: Drive, estimates: list[Estimate]
-) -> None:
-    wrong = START @ Pose.planar(0.4, -0.3, 0.2)
-    again = feed(Localizer(hall, MOUNTS), hinted(loop.readings(), wrong))
-    for a, b in zip(estimates, again, strict=True):
-        assert (a.stamp, a.health, a.reasons, a.nis) == (b.stamp, b.health, b.reasons, b.nis)
-        assert bits(a.map_from_base) == bits(b.map_from_base)
-        assert bits(a.covariance) == bits(b.covariance)
-        assert bits(a.odom_from_base) == bits(b.odom_from_base)
-
-
 def test_stages_are_named_around_their_work(hall: PreparedMap) -> None:
     seen: list[str] = []
 
@@ -205,23 +192,6 @@ def test_hint_is_answered_whatever_it_says(hall: PreparedMap) -> None:
     assert {id(a.hint) for a in answers} == {id(h) for h in given}
     assert len(answers) == len(given)
     assert all(a.reason for a in answers)
-
-
-@pytest.mark.parametrize(
-    "bad", [Pose.planar(4.0, 3.5, 2.0), START @ Pose.planar(0.6, 0.3, 0.4)], ids=["far", "near"]
-)
-def test_bad_hint_while_tracking_leaves_every_estimate_as_it_was(
-    hall: PreparedMap, bad: Pose
-) -> None:
-    readings = Drive(HALL, START, (1.5, 0.4, 0.2), begin=SECOND).readings()
-    without = list(feed(under_way(hall), readings))
-    given = list(feed(under_way(hall), hinted(readings, bad)))
-    (answer,) = [e.verdict for e in given if e.verdict is not None]
-    assert answer.verdict in (Verdict.KEPT, Verdict.REJECTED)
-    for a, b in zip(without, given, strict=True):
-        assert bits(a.map_from_base) == bits(b.map_from_base)
-        assert bits(a.covariance) == bits(b.covariance)
-        assert a.health == b.health
 
 
 # Kidnapping
@@ -481,14 +451,6 @@ def test_simulated_robot_is_tracked_through_a_room() -> None:
     assert max(turns) < np.deg2rad(1.0)
     assert estimate.health in (Health.TRACKING, Health.DEGRADED)
     assert localizer.refused == 0
-
-
-def test_sweeps_and_answers_are_reported_once(hall: PreparedMap) -> None:
-    drive = Drive(HALL, START, (2.0, 0.0, 0.0))
-    localizer = Localizer(hall, MOUNTS)
-    estimates = [localizer.add(reading) for reading in hinted(drive.readings(), START)]
-    assert len([e for e in estimates if e.verdict is not None]) == 1
-    assert len([e for e in estimates if e.match is not None]) <= 20
 
 
 def test_scan_from_the_future_is_refused_and_shuts_no_true_scan_out(hall: PreparedMap) -> None:

@@ -11,9 +11,8 @@ from localization.config import from_json, to_json
 from localization.filter.ekf import EkfConfig
 from localization.logs.log_interface import LogError
 from localization.logs.mcap_log import read_log
-from localization.logs.mcap_writer import ReadingsWriter
 from localization.maps.cloud import CloudError
-from localization.maps.map_files import load_cloud, save_cloud
+from localization.maps.map_files import load_cloud
 from localization.maps.prepared_map import prepare
 from localization.matching.registration import RegistrationConfig
 from localization.pipeline.localizer import Localizer, LocalizerConfig
@@ -21,11 +20,10 @@ from localization.pipeline.log_replay import (
     CONFIG_KEY,
     config_of,
     localize,
-    replay,
 )
-from localization.types import Estimate, Hint, Inertial, Pose, Reading, Verdict, WheelSpeeds
+from localization.types import Estimate, Hint, Inertial, Pose, Reading, Verdict
 from tests.support import bits
-from tests.support_rooms import HALL, MOUNTS, TICK, Drive
+from tests.support_rooms import HALL, MOUNTS, TICK, Drive, write_log
 
 START = Pose.planar(3.0, 2.0, 0.3)
 OTHER = dataclasses.replace(
@@ -41,22 +39,6 @@ def drive() -> list[Reading]:
     readings = Drive(HALL, START, (0.5, 0.0, 0.0), (1.5, 0.5, 0.3)).readings()
     readings.insert(15, Hint(5 * TICK, START @ Pose.planar(0.3, 0.2, 0.1), np.zeros((6, 6))))
     return readings
-
-
-@pytest.fixture(scope="module")
-def map_path(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    path = tmp_path_factory.mktemp("map") / "hall.ply"
-    save_cloud(HALL.cloud(), path)
-    return path
-
-
-def record(path: Path, drive: list[Reading], **metadata: str) -> Path:
-    with ReadingsWriter(path, MOUNTS, metadata) as writer:
-        now = 0
-        for reading in drive:
-            now = max(now, reading.stamp)
-            writer.write(reading, now)
-    return path
 
 
 def essence(e: Estimate) -> object:
@@ -75,57 +57,41 @@ def essence(e: Estimate) -> object:
     )
 
 
-def live(drive: list[Reading], map_path: Path, config: LocalizerConfig) -> list[object]:
-    localizer = Localizer(prepare(load_cloud(map_path)), MOUNTS, config)
+def live(drive: list[Reading], hall_map: Path, config: LocalizerConfig) -> list[object]:
+    localizer = Localizer(prepare(load_cloud(hall_map)), MOUNTS, config)
     return [essence(e) for r in drive if isinstance((e := localizer.add(r), r)[1], Inertial)]
 
 
 @pytest.mark.parametrize("config", [LocalizerConfig(), OTHER], ids=["default", "other"])
 def test_log_replays_to_the_same_bits(
-    drive: list[Reading], map_path: Path, tmp_path: Path, config: LocalizerConfig
+    drive: list[Reading], hall_map: Path, tmp_path: Path, config: LocalizerConfig
 ) -> None:
-    log = record(tmp_path / "log.mcap", drive, **{CONFIG_KEY: json.dumps(to_json(config))})
-    result = localize(log, map_path)
-    assert [essence(e) for e in result.estimates] == live(drive, map_path, config)
+    log = write_log(tmp_path / "log.mcap", drive, **{CONFIG_KEY: json.dumps(to_json(config))})
+    result = localize(log, hall_map)
+    assert [essence(e) for e in result.estimates] == live(drive, hall_map, config)
     assert result.estimates[-1].map_from_base is not None
     assert [v.verdict for v in result.verdicts] == [Verdict.ACCEPTED]
     assert result.notes == ()
 
 
-def test_other_settings_give_other_bits(drive: list[Reading], map_path: Path) -> None:
+def test_other_settings_give_other_bits(drive: list[Reading], hall_map: Path) -> None:
     """Or the test before would pass whatever a log says of its settings."""
-    assert live(drive, map_path, OTHER) != live(drive, map_path, LocalizerConfig())
-
-
-def test_estimates_come_one_after_each_inertial_reading(
-    drive: list[Reading], map_path: Path, tmp_path: Path
-) -> None:
-    log = read_log(record(tmp_path / "log.mcap", drive[:40]))
-    stamps = [e.stamp for e in replay(log, Localizer(prepare(load_cloud(map_path)), MOUNTS))]
-    assert stamps == [r.stamp for r in drive[:40] if isinstance(r, Inertial)]
+    assert live(drive, hall_map, OTHER) != live(drive, hall_map, LocalizerConfig())
 
 
 def test_map_other_than_the_recorded_one_is_noted(
-    drive: list[Reading], map_path: Path, tmp_path: Path
+    drive: list[Reading], hall_map: Path, tmp_path: Path
 ) -> None:
-    log = record(tmp_path / "log.mcap", drive[:30], map_sha256="f" * 64)
-    (note,) = localize(log, map_path, cache=tmp_path / "cache").notes
+    log = write_log(tmp_path / "log.mcap", drive[:30], map_sha256="f" * 64)
+    (note,) = localize(log, hall_map, cache=tmp_path / "cache").notes
     assert "recorded with another map (ffffffffffff, not" in note
     assert list((tmp_path / "cache").iterdir())
 
 
-def test_refused_readings_are_noted_with_an_example(
-    drive: list[Reading], map_path: Path, tmp_path: Path
-) -> None:
-    broken = [*drive[:30], WheelSpeeds(drive[29].stamp + 1, 25.0, 0.0), *drive[30:36]]
-    (note,) = localize(record(tmp_path / "log.mcap", broken), map_path).notes
-    assert note.startswith("1 readings refused, such as: refused wheel speeds 25")
-
-
-def test_missing_log_or_map_is_named(map_path: Path, tmp_path: Path, drive: list[Reading]) -> None:
+def test_missing_log_or_map_is_named(hall_map: Path, tmp_path: Path, drive: list[Reading]) -> None:
     with pytest.raises(LogError, match=r"nolog\.mcap"):
-        localize(tmp_path / "nolog.mcap", map_path)
-    log = record(tmp_path / "log.mcap", drive[:5])
+        localize(tmp_path / "nolog.mcap", hall_map)
+    log = write_log(tmp_path / "log.mcap", drive[:5])
     with pytest.raises(CloudError, match=r"nomap\.ply"):
         localize(log, tmp_path / "nomap.ply")
 
@@ -160,31 +126,31 @@ def test_unknown_setting_is_refused_by_name(values: dict[str, object], why: str)
 def test_log_with_foreign_settings_is_refused_by_name(
     tmp_path: Path, drive: list[Reading], text: str
 ) -> None:
-    log = read_log(record(tmp_path / "log.mcap", drive[:3], **{CONFIG_KEY: text}))
+    log = read_log(write_log(tmp_path / "log.mcap", drive[:3], **{CONFIG_KEY: text}))
     with pytest.raises(LogError, match=r"log\.mcap: its localiser configuration is not ours"):
         config_of(log)
 
 
 def test_settings_of_another_version_are_left_out_and_reported(
-    tmp_path: Path, drive: list[Reading], map_path: Path
+    tmp_path: Path, drive: list[Reading], hall_map: Path
 ) -> None:
     text = '{"wizard": 3, "ekf": {"gyro_nose": 1.0, "slip_forward": 0.25}}'
-    path = record(tmp_path / "log.mcap", drive[:3], **{CONFIG_KEY: text})
+    path = write_log(tmp_path / "log.mcap", drive[:3], **{CONFIG_KEY: text})
     assert config_of(read_log(path)) == LocalizerConfig(ekf=EkfConfig(slip_forward=0.25))
-    notes = localize(path, map_path).notes
+    notes = localize(path, hall_map).notes
     assert "recorded by another version; settings left out: wizard, ekf.gyro_nose" in notes
 
 
 def test_log_without_settings_gets_the_default(tmp_path: Path, drive: list[Reading]) -> None:
-    assert config_of(read_log(record(tmp_path / "log.mcap", drive[:3]))) == LocalizerConfig()
+    assert config_of(read_log(write_log(tmp_path / "log.mcap", drive[:3]))) == LocalizerConfig()
 
 
 def test_start_stands_in_for_the_hints_of_the_log(
-    tmp_path: Path, map_path: Path, drive: list[Reading]
+    tmp_path: Path, hall_map: Path, drive: list[Reading]
 ) -> None:
     """The log's own may be of another map: here it is wrong by a room, and comes at the very first."""
     away = Hint(TICK, START @ Pose.planar(40.0, 0.0, 1.0), np.zeros((6, 6)))
-    log = record(tmp_path / "log.mcap", [away, *drive])
-    done = localize(log, map_path, start=START @ Pose.planar(0.2, -0.1, 0.05), cache=None)
+    log = write_log(tmp_path / "log.mcap", [away, *drive])
+    done = localize(log, hall_map, start=START @ Pose.planar(0.2, -0.1, 0.05), cache=None)
     assert [v.verdict for v in done.verdicts] == [Verdict.ACCEPTED]
     assert done.estimates[-1].map_from_base is not None

@@ -91,10 +91,7 @@ def test_a_backlog_after_stalls_of_more_than_a_second_is_followed_as_well(logged
     assert late.off.max() < 0.08, summary(late)
     assert late.ratio.max() < 3.0, summary(late)
     assert late.refused == 0
-
-
-def test_stalls_of_the_logger_are_no_silence_of_the_scanner(logged: Logged) -> None:
-    late = logged.follow(stalled(logged.log, 15))
+    # Nor is a stall of the logger a silence of the scanner.
     assert late.share(Health.SUSPECT, Health.LOST, Health.RELOCALISING) == 0.0
 
 

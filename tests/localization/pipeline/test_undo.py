@@ -171,6 +171,7 @@ def test_wrong_hints_on_a_good_pose_change_no_estimate(hall: PreparedMap) -> Non
         (SECOND + i * SECOND // 5, Pose.planar(*rng.uniform([0.5, 0.5, -3.1], [7.5, 5.5, 3.1])))
         for i in range(25)
     ]
+    wrong.append((6 * SECOND + SECOND // 4, Pose.planar(90.0, 3.5, -2.0)))
     first = (SECOND // 4, start)
     plain, pestered = (
         hinted(way.readings(), first),
@@ -178,7 +179,7 @@ def test_wrong_hints_on_a_good_pose_change_no_estimate(hall: PreparedMap) -> Non
     )
     calm, _ = feed(Localizer(hall, MOUNTS), plain)
     estimate, verdicts = feed(Localizer(hall, MOUNTS), pestered)
-    assert len(verdicts) == 26
+    assert len(verdicts) == 27
     assert set(verdicts[1:]) <= {Verdict.KEPT, Verdict.REJECTED, Verdict.AMBIGUOUS}
     assert calm.map_from_base is not None
     assert estimate.map_from_base is not None

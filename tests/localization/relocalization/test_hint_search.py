@@ -62,7 +62,7 @@ def settle(
     return found
 
 
-@pytest.mark.parametrize("seed", [*range(8), 13])  # 3, 5, 7, 13: once pitched by degrees
+@pytest.mark.parametrize("seed", [0, 1, 3, 13])  # 3, 13: once pitched by degrees
 def test_hint_a_metre_and_twenty_degrees_off_is_accepted_where_the_robot_is(
     search: DrivenSearch, seed: int
 ) -> None:

@@ -12,10 +12,6 @@ from robot_sim.errors import ArmError
 FILE = Path(__file__).parents[3] / "assets" / "arms" / "s2.toml"
 
 
-def test_the_papers_arm_weighs_479_grams() -> None:
-    assert load_arm("s2").mass == pytest.approx(0.479)
-
-
 @pytest.mark.parametrize(
     ("old", "new", "words"),
     [
@@ -35,8 +31,3 @@ def test_a_wrong_number_is_named(tmp_path: Path, old: str, new: str, words: str)
     path.write_text(text.replace(old, new, 1), encoding="utf-8")
     with pytest.raises(ArmError, match=words):
         load_arm(str(path))
-
-
-def test_an_arm_that_does_not_exist_is_answered_with_those_that_do() -> None:
-    with pytest.raises(ArmError, match="no arm 's3'; there are: s2"):
-        load_arm("s3")

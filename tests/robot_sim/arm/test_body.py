@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from robot_sim.arm.arm_table import load_arm
-from robot_sim.arm.body import add_arm, arm_top, fold_arm
+from robot_sim.arm.body import arm_top, fold_arm
 from robot_sim.arm.kinematics import Kinematics
 from robot_sim.arm.parts import ARM_BASE
 from robot_sim.errors import ArmError
@@ -110,13 +110,6 @@ def test_the_top_is_where_the_arm_points_straight_up(model: mujoco.MjModel) -> N
     upright = np.radians((0.0, 90.0, 0.0, 0.0, 0.0))
     tip = Kinematics(TABLE).tip(upright)[2, 3] + TABLE.mounts["bracket"].position[2]
     assert arm_top(TABLE, "bracket") == pytest.approx(tip)
-
-
-def test_a_mount_that_does_not_exist_is_named() -> None:
-    spec = mujoco.MjSpec()
-    base = spec.worldbody.add_body(name="base_link")
-    with pytest.raises(ArmError, match="no mount 'roof' of arm 's2'; there are: bracket, plate"):
-        add_arm(spec, base, TABLE, "roof")
 
 
 def test_an_arm_is_refused_on_a_robot_it_has_no_mounts_for() -> None:

@@ -288,15 +288,6 @@ def test_things_above_the_robot_which_physics_leaves_out_are_obstacles() -> None
     assert not room.clearance.free(upright)
 
 
-def test_checks_are_counted() -> None:
-    clearance = Clearance(TABLE)
-    before = clearance.checks
-    clearance.free(STRAIGHT)
-    clearance.distance(STRAIGHT)
-    clearance.near(STRAIGHT)
-    assert clearance.checks == before + 3
-
-
 def test_an_unknown_mount_is_refused_with_those_there_are() -> None:
     with pytest.raises(ArmError, match=r"no mount 'roof' of arm 's2'; there are: bracket, plate"):
         Clearance(TABLE, "roof")

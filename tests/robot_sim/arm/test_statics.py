@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import given, strategies as st
+from hypothesis import given, settings, strategies as st
 
 from robot_sim.arm.arm_table import KGF_CM, load_arm
 from robot_sim.arm.kinematics import Kinematics
@@ -46,6 +46,7 @@ def energy(angles: FloatArray, payload: float, gravity: FloatArray) -> float:
 
 
 @given(ANGLES, st.floats(0.0, 0.2), st.tuples(*[st.floats(-10.0, 10.0)] * 3).map(np.array))
+@settings(max_examples=30)
 def test_torques_are_the_derivative_of_the_energy(
     angles: FloatArray, payload: float, gravity: FloatArray
 ) -> None:

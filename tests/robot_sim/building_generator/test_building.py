@@ -164,7 +164,10 @@ def test_same_seed_and_area_give_the_same_text_and_others_do_not() -> None:
 
 @pytest.mark.parametrize(
     "seeds",
-    [SEEDS, pytest.param(range(32), marks=[pytest.mark.sweep, pytest.mark.untraced])],
+    [
+        SEEDS,
+        pytest.param(range(32), marks=[pytest.mark.long, pytest.mark.sweep, pytest.mark.untraced]),
+    ],
     ids=["few", "many"],
 )
 def test_most_rooms_are_furnished_and_the_tour_sees_most_of_them(seeds: Sequence[int]) -> None:

@@ -8,7 +8,6 @@ import os
 import pickle
 import subprocess
 import sys
-import time
 from ctypes.util import find_library
 from dataclasses import replace
 
@@ -252,15 +251,8 @@ def test_the_robot_does_not_see_itself(make_renderer: Make, platform: str) -> No
     assert np.nanmin(backward.render(state).depth) < 0.4
 
 
-def test_a_state_is_small_and_taken_in_a_moment(drive: Simulation) -> None:
-    took = []
-    for _ in range(50):
-        start = time.perf_counter()
-        state = drive.visual_state()
-        took.append(time.perf_counter() - start)
-
-    # The fastest: a busy machine stops any call now and then.
-    assert min(took) < 20e-6
+def test_a_state_is_small_and_stays_as_it_was_taken(drive: Simulation) -> None:
+    state = drive.visual_state()
     assert len(pickle.dumps(state)) < 10_000
     assert state.stamp == drive.stamp
     drive.step()

@@ -27,30 +27,6 @@ def indices(ring: tuple[bool, ...]) -> list[int]:
     return [i for i, pressed in enumerate(ring) if pressed]
 
 
-@pytest.mark.parametrize(
-    ("degrees", "front", "rear"),
-    [
-        (0.0, [2], []),
-        (54.0, [0], []),
-        (27.0, [1], []),
-        (-27.0, [3], []),
-        (-54.0, [4], []),
-        (90.0, [], []),
-        (-90.0, [], []),
-        (126.0, [], [0]),
-        (153.0, [], [1]),
-        (180.0, [], [2]),
-        (-153.0, [], [3]),
-        (-126.0, [], [4]),
-    ],
-)
-def test_each_ring_runs_from_the_left_to_the_right_of_the_robot(
-    degrees: float, front: list[int], rear: list[int]
-) -> None:
-    bumpers = pressed_by([at(degrees)])
-    assert (indices(bumpers.front), indices(bumpers.rear)) == (front, rear)
-
-
 def test_flat_thing_presses_what_lies_between_the_ends_of_its_patch() -> None:
     assert indices(pressed_by([at(32.0, -32.0)]).front) == [1, 2, 3]
     assert indices(pressed_by([at(148.0, -148.0)]).rear) == [1, 2, 3]

@@ -219,7 +219,7 @@ def test_controller_stops_at_a_bump_reports_a_stall_and_allows_reversing(
 # Kerbs
 
 
-@pytest.mark.parametrize("speed", [0.2, 0.5, 0.7, -0.5])
+@pytest.mark.parametrize("speed", [0.2, 0.7, -0.5])
 def test_kerb_of_5_cm_is_climbed_and_measured(speed: float) -> None:
     start = Pose.planar(0.0, 0.0, 0.0 if speed > 0.0 else math.pi)
     simulation = Simulation(world_of(kerb(0.05)), config=BLIND, start=start)
@@ -305,7 +305,7 @@ def test_braked_robot_stands_on_the_ramp_and_drives_down_again(slope: World, yaw
     assert place(simulation)[1] == pytest.approx(0.0, abs=0.005)
 
 
-@pytest.mark.parametrize("grade", [0.18, 0.27, RAMP])
+@pytest.mark.parametrize("grade", [0.18, RAMP])
 def test_side_slope_is_held_and_reported_as_roll(grade: float) -> None:
     across = Pose.from_euler((3.0, -2.0, 2.0 * grade), pitch=-math.atan(grade)) @ Pose.planar(
         0.0, 0.0, math.pi / 2
@@ -343,8 +343,9 @@ def deepest(simulation: Simulation) -> float:
     return max((-float(c.dist) for c in simulation._data.contact), default=0.0)
 
 
-@pytest.mark.parametrize("height", [0.15, 0.40, 1.0])
-@pytest.mark.parametrize(("speed", "yaw"), [(0.2, 0.0), (0.7, 45.0)])
+@pytest.mark.parametrize(
+    ("height", "speed", "yaw"), [(0.15, 0.7, 45.0), (0.40, 0.2, 0.0), (1.0, 0.7, 45.0)]
+)
 def test_physics_stays_stable_in_a_drop_and_a_fall_is_reported(
     height: float, speed: float, yaw: float
 ) -> None:

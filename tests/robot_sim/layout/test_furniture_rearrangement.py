@@ -99,7 +99,7 @@ def test_without_a_seed_everything_stands_where_it_was_mapped(office: World) -> 
 
 
 @pytest.mark.parametrize("scene", scene_names())
-@pytest.mark.parametrize("seed", [0, 1, 2])
+@pytest.mark.parametrize("seed", [0, 1])
 def test_moved_pieces_keep_clear_of_everything(scene: str, seed: int) -> None:
     plan = load_plan(scene)
     before = {p.name: p for p in plan.furniture}

@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-import mujoco
 import numpy as np
 import pytest
 
-from localization.types import Inertial, Twist
+from localization.types import Twist
 from robot_sim.robot.p3at import MOUNTS, P3AT
 from robot_sim.robot.skid_steer_parameters import REFERENCE_HALF_WIDTH, REFERENCE_HULL
 from robot_sim.sensors.imu import InertialConfig
@@ -27,15 +26,7 @@ def wheel_rates(simulation: Simulation) -> np.ndarray:
                      ("front_left", "front_right", "rear_left", "rear_right")])  # fmt: skip
 
 
-def test_whole_robot_balances_on_the_wheels_centre(field: World) -> None:
-    data = mujoco.MjData(field.model)
-    mujoco.mj_forward(field.model, data)
-    base = field.model.body("base_link").id
-    assert np.abs(data.subtree_com[base][:2]).max() < 0.005
-    assert 27.0 < field.model.body_subtreemass[base] < 32.0
-
-
-@pytest.mark.parametrize("turn", [0.1, 0.5, 1.2, 2.4])
+@pytest.mark.parametrize("turn", [0.1, 2.4])
 def test_turning_in_place_slips_by_the_closed_form_at_any_speed(field: World, turn: float) -> None:
     simulation = Simulation(field, config=QUIET)
     simulation.command(Twist.planar(0.0, turn))
@@ -54,28 +45,6 @@ def test_turning_in_place_slips_by_the_closed_form_at_any_speed(field: World, tu
     assert np.mean(rates) == pytest.approx(turn, rel=0.02)
     assert np.hypot(*simulation.truth().map_from_base.position[:2]) < 0.01
     assert min(contacts) == 8
-
-
-def test_all_four_wheels_touch_the_floor_in_every_physics_step(field: World) -> None:
-    simulation = Simulation(field, config=QUIET)
-    simulation.command(Twist.planar(0.0, 2.0))
-    for _ in range(100):
-        simulation.step()
-    data, model = simulation._data, field.model
-    tyres = {model.geom(f"{w}_tyre").id for w in
-             ("front_left", "front_right", "rear_left", "rear_right")}  # fmt: skip
-    for _ in range(500):
-        mujoco.mj_step(model, data)
-        assert tyres <= set(np.asarray(data.contact.geom).ravel().tolist())
-
-
-def test_accelerometer_is_calm_while_spinning(field: World) -> None:
-    simulation = Simulation(field, config=QUIET)
-    simulation.command(Twist.planar(0.0, 2.0))
-    forces = [r.specific_force for _ in range(200) for r in simulation.step()
-              if isinstance(r, Inertial)]  # fmt: skip
-    assert np.std(forces[100:], axis=0).max() < 0.05
-    assert np.mean(forces[100:], axis=0)[2] == pytest.approx(9.81, abs=0.02)
 
 
 def test_hull_never_touches_the_floor(field: World) -> None:

@@ -123,13 +123,6 @@ def test_surfaces_below_the_least_range_give_nan(room: World) -> None:
     assert np.isfinite(scan.ranges[np.abs(scan.angles) < 0.1]).all()
 
 
-def test_scanner_without_a_mount_is_rejected() -> None:
-    with pytest.raises(ValueError, match="laser_horizontal, laser_vertical"):
-        ScannerConfig("laser_sideways")
-    with pytest.raises(ValueError, match="period"):
-        ScannerConfig("laser_vertical", period_ns=0)
-
-
 def test_pose_history_interpolates_neighbouring_poses() -> None:
     poses = [Pose.planar(0.0, 0.0, 0.1), Pose.planar(0.002, 0.0, 0.104)]
     track = PoseHistory(

@@ -59,10 +59,6 @@ def test_models_give_their_sheets_beams_rates_and_beam_times(
     assert sum(config.beams_of(part) for part in range(config.interlace)) == beams
 
 
-def test_rate_of_the_lms111_is_in_the_error() -> None:
-    assert ScannerConfig.of("laser_horizontal", "sick_lms111", rate_hz=25).period_ns == 40_000_000
-
-
 @pytest.mark.parametrize("model", LIDARS)
 def test_scans_of_every_model_survive_the_message(room: World, model: str) -> None:
     scans = scans_of(room, ScannerConfig.of("laser_horizontal", model), 8)
