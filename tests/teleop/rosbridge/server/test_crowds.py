@@ -153,16 +153,6 @@ async def test_a_client_that_is_cut_off_has_no_place_and_is_soon_disconnected() 
 # Sockets
 
 
-@in_a_loop
-async def test_headers_are_bounded_all_together() -> None:
-    async with serving() as server:
-        for lines in (b"X-A: " + b"x" * 1000 + b"\r\n") * 17, b"X-A: b\r\n" * 65:
-            reader, writer = await dialled(server, "127.0.0.1")
-            writer.write(b"GET /healthz HTTP/1.1\r\nHost: 127.0.0.1\r\n" + lines + b"\r\n")
-            assert b" 431 " in await reader.readline()
-            writer.close()
-
-
 @pytest.mark.parametrize("encrypted", [False, True])
 @in_a_loop
 async def test_silent_sockets_of_one_address_cost_another_none(
