@@ -9,7 +9,6 @@ from http import HTTPStatus
 
 import pytest
 
-from teleop.rosbridge.auth.origins import Origins
 from teleop.rosbridge.server import http_connection as opening
 from teleop.rosbridge.server.handled_request import text_page
 from teleop.rosbridge.server.http_handlers import HttpHandlers, HttpRequest, Route, Stream
@@ -17,7 +16,14 @@ from teleop.rosbridge.server.http_pages import Page
 from teleop.rosbridge.server.http_server import HttpServer
 from teleop.rosbridge.server.request_reader import MAX_BODY
 from tests.teleop.rosbridge.server.test_http_pages import fetch
-from tests.teleop.rosbridge.server.test_server import client, in_a_loop, receive, say, serving
+from tests.teleop.rosbridge.server.test_server import (
+    client,
+    in_a_loop,
+    receive,
+    say,
+    serving,
+    until,
+)
 
 CHUNK = bytes(50_000)
 
@@ -59,13 +65,6 @@ async def opened(
     return reader, writer
 
 
-async def until(seen: object) -> None:
-    """Wait until a condition holds; the test's time limit ends the wait."""
-    assert callable(seen)
-    while not seen():  # noqa: ASYNC110 - what the server does has no event
-        await asyncio.sleep(0.01)
-
-
 @in_a_loop
 async def test_handlers_are_given_path_query_and_client() -> None:
     async with serving() as server:
@@ -92,18 +91,6 @@ async def test_a_post_is_handed_over_where_a_handler_takes_it_and_refused_elsewh
             b"GET is not possible here: POST\n",
         )
         assert (await fetch(server, "/echo", "POST"))[0] == 405
-
-
-@in_a_loop
-async def test_a_request_with_a_body_is_refused_with_a_line() -> None:
-    async with serving() as server:
-        server.handlers.add("/act", Route(echo, methods=("POST",)))
-        reader, writer = await asyncio.open_connection("127.0.0.1", server.port)
-        writer.write(b"POST /act HTTP/1.1\r\nHost: 127.0.0.1\r\nContent-Length: 2\r\n\r\n{}")
-        answer = await reader.read()
-        assert answer.startswith(b"HTTP/1.1 400 ")
-        assert answer.endswith(b"not a valid HTTP/1.1 request without a body\n")
-        writer.close()
 
 
 async def posted(port: int, *pieces: bytes) -> bytes:
@@ -139,7 +126,7 @@ async def test_a_route_that_takes_a_body_gets_it_in_whatever_pieces_it_comes() -
 
 
 @in_a_loop
-async def test_a_body_whose_length_is_in_doubt_is_refused() -> None:
+async def test_a_body_that_nobody_takes_or_whose_length_is_in_doubt_is_refused() -> None:
     async def taken(request: HttpRequest) -> Page:
         raise AssertionError(request.body)
 
@@ -154,6 +141,10 @@ async def test_a_body_whose_length_is_in_doubt_is_refused() -> None:
             post(1, b"a").replace(b"POST /take", b"GET /take"),
         ):
             assert (await posted(server.port, request)).startswith(b"HTTP/1.1 400 "), request[:99]
+        server.handlers.add("/act", Route(echo, methods=("POST",)))
+        refused = await posted(server.port, post(2, b"{}").replace(b"/take", b"/act"))
+        assert refused.startswith(b"HTTP/1.1 400 ")
+        assert refused.endswith(b"not a valid HTTP/1.1 request without a body\n")
 
 
 @in_a_loop
@@ -217,7 +208,7 @@ async def test_a_client_that_takes_nothing_for_long_is_disconnected(
         counter = Counter()
         server.handlers.add("/stream", Route(counter.handle))
         _, writer = await opened(server.port, "/stream")
-        await until(lambda: counter.ended)
+        await until(lambda: counter.ended > 0)
         writer.close()
 
 
@@ -274,7 +265,7 @@ async def test_streams_do_not_delay_the_end_of_the_server() -> None:
         counter = Counter()
         server.handlers.add("/stream", Route(counter.handle))
         _, writer = await opened(server.port, "/stream")
-        await until(lambda: counter.taken)
+        await until(lambda: counter.taken > 0)
         async with asyncio.timeout(1.5):
             await server.close()
         assert counter.ended == 1
@@ -311,21 +302,6 @@ async def test_other_handlers_answer_local_pages_of_other_ports() -> None:
         server.handlers.add("/open", Route(echo))
         status, fields, _ = await fetch(server, "/open", origin="http://localhost:1")
         assert (status, fields["access-control-allow-origin"]) == (200, "http://localhost:1")
-
-
-def test_a_host_that_others_could_own_does_not_name_this_machine() -> None:
-    loopback = Origins.of("127.0.0.1", ["https://lab.example"])
-    network = Origins.of("0.0.0.0", ["https://lab.example"])
-    for host in ("lab.example", "localhost:9090", "127.0.0.1:9090", "[::1]:9090", ""):
-        assert loopback.names_this_machine(host)
-        assert network.names_this_machine(host)
-    assert network.names_this_machine("192.168.1.7:8080")
-    assert network.names_this_machine(f"{socket.gethostname()}:8080")
-    assert Origins.of("robot.lan", []).names_this_machine("robot.lan:8080")
-    for host in ("evil.example", "evil.example:9090", "[::1", "127.0.0.1.evil.example"):
-        assert not loopback.names_this_machine(host)
-        assert not network.names_this_machine(host)
-    assert not loopback.names_this_machine("192.168.1.7")
 
 
 @in_a_loop

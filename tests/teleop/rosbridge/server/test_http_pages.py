@@ -15,7 +15,7 @@ import pytest
 from teleop.rosbridge.server import http_connection as opening
 from teleop.rosbridge.server.http_pages import HttpPages
 from teleop.rosbridge.server.server import Server
-from tests.teleop.rosbridge.server.test_server import client, in_a_loop, serving
+from tests.teleop.rosbridge.server.test_server import client, in_a_loop, serving, until
 
 MAP = bytes(range(256)) * 8192
 """Two megabytes, more than a socket buffers."""
@@ -141,16 +141,14 @@ async def test_connections_without_request_are_aborted(monkeypatch: pytest.Monke
 async def test_simultaneous_downloads_are_limited() -> None:
     async with serving() as server:
         server.pages.add_file("/map.ply", MAP * 8)
-        idle = []
-        for _ in range(4):
-            taker = socket.create_connection(("127.0.0.1", server.port))
+        idle = [socket.create_connection(("127.0.0.1", server.port)) for _ in range(4)]
+        for taker in idle:
             taker.sendall(b"GET /map.ply HTTP/1.1\r\nHost: 127.0.0.1\r\n\r\n")
-            idle.append(taker)
-            await asyncio.sleep(0.01)
+        await until(lambda: len(server._handshake._downloads) == 4)
         assert (await fetch(server, "/map.ply"))[0] == 503
         for taker in idle:
             taker.close()
-        await asyncio.sleep(0.2)
+        await until(lambda: len(server._handshake._downloads) == 0)
         assert (await fetch(server, "/map.ply"))[0] == 200
 
 

@@ -1,19 +1,26 @@
-"""Large frames: a thread works on them, and only their sender waits."""
+"""Large frames: a thread works on those that come, for which only their sender waits, and sent ones arrive whole."""
 
 from __future__ import annotations
 
+import base64
 import json
+import ssl
 import threading
 from dataclasses import replace
+from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 
-from teleop.rosbridge import ClientLimits, Protocol
+from teleop.rosbridge import ClientLimits, Keepalive, Protocol, tls_context
 from teleop.rosbridge.auth.permissions import DEFAULT_RULES, UNGUARDED, Access, Role
 from teleop.rosbridge.framing.large_frames import LargeFrameReader
+from teleop.rosbridge.messages.cbor import read_cbor
 from teleop.rosbridge.protocol.large_frame_work import LargeFrameWork, PreparedFrame
+from tests.teleop.rosbridge.auth.test_authentication import certificate
 from tests.teleop.rosbridge.server.test_server import (
+    IMAGE,
     client,
     in_a_loop,
     receive,
@@ -289,3 +296,25 @@ def test_viewers_that_flood_what_they_may_not_publish_delay_nobody(
         assert len(work.frames) == 1
 
     run()
+
+
+@pytest.mark.parametrize("encrypted", [False, True])
+@in_a_loop
+async def test_long_frames_arrive_whole_between_pings(encrypted: bool, tmp_path: Path) -> None:
+    data = np.random.default_rng(0).integers(0, 256, 1_500_000, np.uint8)
+    crt, key = certificate(tmp_path)
+    options: dict[str, Any] = {"tls": tls_context(crt, key)} if encrypted else {}
+    trust = {"ssl": ssl.create_default_context(cafile=str(crt))} if encrypted else {}
+    async with (
+        serving(keepalive=Keepalive(ping_interval=0.01), **options) as server,
+        client(server, ping_interval=0.01, **trust) as a,
+    ):
+        for compression in ("none", "cbor", "cbor-raw", "none"):
+            await say(a, {**IMAGE, "op": "unsubscribe"}, {**IMAGE, "compression": compression})
+            server.protocol.topics.publish("/cloud", {"data": data}, server.now)
+            frame = await a.recv()
+            if isinstance(frame, str):
+                assert base64.b64decode(json.loads(frame)["msg"]["data"]) == data.tobytes()
+            else:  # the serialised message ends with the data
+                content = read_cbor(frame)["msg"]
+                assert (content.get("data") or content["bytes"][-len(data) :]) == data.tobytes()

@@ -94,16 +94,6 @@ def stall(connection: ClientConnection) -> None:
 
 
 @in_a_loop
-async def test_messages_reach_all_subscribers() -> None:
-    async with serving() as server, client(server) as a, client(server) as b:
-        await say(a, CHATTER)
-        await say(b, CHATTER)
-        server.protocol.topics.publish("/chatter", {"data": "x"}, server.now)
-        assert (await receive(a))["msg"] == (await receive(b))["msg"] == {"data": "x"}
-        assert len(server.protocol.connections) == 2
-
-
-@in_a_loop
 async def test_json_is_sent_in_text_frames_and_cbor_in_binary_frames() -> None:
     async with serving() as server, client(server) as a, client(server) as b:
         await say(a, CHATTER)
@@ -133,33 +123,6 @@ async def test_compression_is_not_negotiated() -> None:
     async with serving() as server, client(server, compression="deflate") as a:
         assert a.response is not None
         assert "Sec-WebSocket-Extensions" not in a.response.headers
-
-
-@in_a_loop
-async def test_too_large_frames_are_closed_with_1009() -> None:
-    async with (
-        serving(ClientLimits(frame=1000)) as server,
-        client(server) as a,
-        client(server) as b,
-    ):
-        await a.send("x" * 1001)
-        with pytest.raises(ConnectionClosed):
-            await a.recv()
-        assert a.close_code == 1009
-        await say(b)
-
-
-@in_a_loop
-async def test_flooding_clients_are_closed_with_1008() -> None:
-    limits = ClientLimits(messages=50, burst=1)
-    async with serving(limits) as server, client(server) as a, client(server) as b:
-        for _ in range(200):
-            await a.send(json.dumps(CHATTER))
-        assert "rate limit of 50 operations" in (await receive(a))["msg"]
-        with pytest.raises(ConnectionClosed):
-            await a.recv()
-        assert a.close_code == 1008
-        await say(b, CHATTER)
 
 
 @in_a_loop
@@ -305,16 +268,6 @@ async def test_observers_see_connections_and_disconnections() -> None:
 
 
 @in_a_loop
-async def test_clients_that_answer_no_ping_are_disconnected() -> None:
-    pulse = Keepalive(ping_interval=0.05, ping_timeout=0.1)
-    async with serving(keepalive=pulse) as server, client(server) as a:
-        log = ConnectionLog(server.protocol)
-        await say(a)
-        stall(a)
-        await until(lambda: bool(log.disconnections))
-
-
-@in_a_loop
 async def test_clients_that_read_nothing_are_disconnected() -> None:
     pulse = Keepalive(ping_interval=None, ping_timeout=None, write_timeout=0.2)
     async with serving(keepalive=pulse) as server, client(server) as a:
@@ -406,37 +359,3 @@ async def test_foreign_origins_are_rejected() -> None:
             assert caught.value.response.status_code == status
         async with client(server, origin="https://lab.example") as a:
             await say(a)
-
-
-@in_a_loop
-async def test_clients_over_the_limit_are_rejected() -> None:
-    async with serving(ClientLimits(clients=1)) as server, client(server) as a:
-        await say(a)
-        with pytest.raises(InvalidStatus, match="503"):
-            await connect(server.url, proxy=None)
-        await say(a)
-
-
-@in_a_loop
-async def test_many_clients_connect_and_disconnect_at_once() -> None:
-    async with serving(ClientLimits(clients=100)) as server:
-
-        async def visit(number: int) -> None:
-            async with client(server) as connection:
-                await say(connection, CHATTER)
-
-        await asyncio.gather(*(visit(i) for i in range(50)))
-        await until(lambda: len(server.protocol.connections) == 0)
-
-
-@in_a_loop
-async def test_connections_without_websocket_are_harmless() -> None:
-    async with serving() as server, client(server) as a:
-        for rubbish in (b"GET / HTTP/1.1\r\n\r\n", b"\x00\xff" * 1000, b""):
-            reader, writer = await asyncio.open_connection("127.0.0.1", server.port)
-            writer.write(rubbish)
-            writer.write_eof()
-            await reader.read()
-            writer.close()
-            await writer.wait_closed()
-        await say(a)
