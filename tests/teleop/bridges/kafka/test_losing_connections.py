@@ -30,35 +30,6 @@ async def test_kills_and_cuts_lose_and_repeat_nothing(tmp_path: Path) -> None:
         assert len(steps.begun) - len(account.driven) <= account.interrupted <= 4
 
 
-@pytest.mark.long
-@pytest.mark.process
-@in_a_loop
-async def test_a_broker_that_forgets_is_noticed_and_nothing_is_driven_twice(
-    topic: str, tmp_path: Path
-) -> None:
-    with broker(tmp_path) as forgetful:
-        async with (
-            robot() as steps,
-            bridge(forgetful.address, steps.server.url, topic, tmp_path) as running,
-        ):
-            await running.reads()
-            async with sender(forgetful.address, topic) as glasses:
-                for _ in range(3):
-                    await glasses.send(distance=0.5, movement="up")
-                assert await glasses.outcomes(3) == ["done"] * 3
-            said = len(running.said)
-            forgetful.kill()
-            await running.says("no broker", after=said)
-            forgetful.start()
-            async with sender(forgetful.address, topic) as glasses:
-                await glasses.send(distance=0.25, movement="down")
-                results = await glasses.results(2)
-                assert [r["outcome"] for r in results] == ["lost", "done"]
-                assert "ends at" in results[0]["message"]
-                assert (results[1]["log"], results[1]["offset"]) == (1, 0)
-            assert steps.begun == [0.5, 0.5, 0.5, -0.25]
-
-
 @pytest.mark.process
 @in_a_loop
 async def test_a_log_that_was_filled_again_while_the_bridge_was_away_is_another_log(
