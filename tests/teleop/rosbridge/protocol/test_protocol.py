@@ -137,14 +137,6 @@ def test_latched_messages_reach_later_subscribers() -> None:
     assert wire.received(1) == [publish("new")]
 
 
-def test_subscribing_to_a_known_topic_needs_no_type() -> None:
-    wire = Wire()
-    wire.send({"op": "advertise", **CHATTER})
-    wire.send({"op": "subscribe", "topic": "/chatter"})
-    wire.send(publish("x"))
-    assert wire.received() == [publish("x")]
-
-
 # Throttling
 
 
@@ -251,14 +243,6 @@ def test_host_messages_are_built_only_with_subscribers() -> None:
     wire.protocol.topics.publish("/odom", build, wire.now)
     assert (built, wire.protocol.topics.wanted("/odom")) == ([1], True)
     assert wire.received() == [publish("x", "/odom")]
-
-
-def test_latched_host_messages_reach_later_subscribers() -> None:
-    wire = Wire()
-    wire.protocol.topics.advertise("/map_info", "farsteer_msgs/MapInfo", latch=True)
-    wire.protocol.topics.publish("/map_info", {"name": "hall"}, wire.now)
-    (received,) = wire.ask(subscribe("/map_info", "farsteer_msgs/MapInfo"))
-    assert received["msg"]["name"] == "hall"
 
 
 def test_clients_cannot_publish_on_host_topics() -> None:
