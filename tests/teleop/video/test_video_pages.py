@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import asyncio
-from collections.abc import Callable
 from contextlib import AsyncExitStack
 from pathlib import Path
 
@@ -11,6 +10,7 @@ import pytest
 
 from teleop.pictures.picture import PictureFormat
 from teleop.video import video_pages
+from tests.teleop.rosbridge.server.test_server import until
 from tests.teleop.support import in_a_loop, soon
 from tests.teleop.video.support import (
     HEIGHT,
@@ -26,12 +26,6 @@ from tests.teleop.video.support import (
 
 STREAM = f"/stream?topic={TOPIC}&type=mjpeg&quality=30"
 """As the glasses of the thesis ask for it."""
-
-
-async def until(seen: Callable[[], bool]) -> None:
-    """Wait until something holds."""
-    while not seen():  # noqa: ASYNC110 - what the server does has no event
-        await asyncio.sleep(0.01)
 
 
 def light(content: bytes, pixel: tuple[int, int]) -> bool:

@@ -34,7 +34,7 @@ from tests.teleop.rosbridge.foreign_clients.test_javascript_clients import (
     node,
 )
 from tests.teleop.rosbridge.server.test_server import in_a_loop
-from tests.teleop.rosbridge.support import REGISTRY
+from tests.teleop.rosbridge.support import REGISTRY, heard
 
 pytestmark = pytest.mark.process
 
@@ -123,7 +123,6 @@ async def test_foxglove_reads_messages_of_every_type(ros_version: RosVersion, fo
     serve_standard(protocol)
     kinds = [REGISTRY[name] for name in REGISTRY]
     sent = {kind.name: complete(REGISTRY, kind, filled(kind, itertools.count())) for kind in kinds}
-    wishes: list[Message] = []
     async with Server(protocol, port=0) as server:
         for kind in kinds:
             server.protocol.topics.advertise(f"/all/{kind.name}", kind.name, latch=True)
@@ -131,9 +130,7 @@ async def test_foxglove_reads_messages_of_every_type(ros_version: RosVersion, fo
         server.protocol.services.serve(
             "/switch", "std_srvs/SetBool", lambda *_: {"success": True, "message": "on"}
         )
-        server.protocol.topics.subscribe(
-            "/cmd_vel", "geometry_msgs/Twist", lambda _, wish, __: wishes.append(wish)
-        )
+        wishes = heard(protocol, "/cmd_vel", "geometry_msgs/Twist")
         script = shutil.copy(JAVASCRIPT / "foxglove_checks.cjs", folder)
         process = await asyncio.create_subprocess_exec(
             *("node", script, server.url, "/switch", "/cmd_vel"),

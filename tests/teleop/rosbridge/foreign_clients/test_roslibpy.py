@@ -12,11 +12,10 @@ from typing import Any
 import pytest
 
 from teleop.rosbridge.compat.rosapi import serve_rosapi
-from teleop.rosbridge.messages.message_types import Message
 from teleop.rosbridge.protocol.protocol import Protocol
 from teleop.rosbridge.server.server import Server
 from tests.teleop.rosbridge.server.test_server import in_a_loop, until
-from tests.teleop.rosbridge.support import REGISTRY
+from tests.teleop.rosbridge.support import REGISTRY, heard
 
 pytestmark = [
     pytest.mark.process,
@@ -68,11 +67,8 @@ class Robot:
         protocol = Protocol(REGISTRY)
         serve_rosapi(protocol)
         self.server = Server(protocol, port=port)
-        self.received: list[Message] = []
+        self.received = heard(protocol, "/joy", "sensor_msgs/Joy")
         self.server.protocol.topics.advertise("/chatter", "std_msgs/String")
-        self.server.protocol.topics.subscribe(
-            "/joy", "sensor_msgs/Joy", lambda c, m, now: self.received.append(m)
-        )
         self.server.protocol.services.serve(
             "/set", "std_srvs/SetBool", lambda *_: {"success": True}
         )

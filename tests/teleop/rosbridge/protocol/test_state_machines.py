@@ -49,6 +49,12 @@ class Side:
     )
     """Pending requests by provider and id."""
 
+    def take(self, provider: int, which: int) -> tuple[str, Asked]:
+        """Remove one of the requests that a provider has to answer; return its key and it."""
+        waiting = self.asked[provider]
+        key = list(waiting)[which % len(waiting)]
+        return key, waiting.pop(key)
+
     def of(self, caller: int) -> list[tuple[int, str]]:
         return [
             (provider, key)
@@ -90,6 +96,14 @@ class ClientExchange(RuleBasedStateMachine):
             ]
             assert sorted(got) == sorted(expected[client])
 
+    def forwarded(self, provider: int, op: str, args: object) -> str:
+        """Return the id of the request that has come to its provider, and to nobody else."""
+        received = self.received()
+        (request,) = received.pop(provider)
+        assert (request["op"], request["args"]) == (op, args)
+        assert received == [[]] * (CLIENTS - 1)
+        return str(request["id"])
+
     # Services
 
     @rule(client=clients)
@@ -115,19 +129,13 @@ class ClientExchange(RuleBasedStateMachine):
             self.answered([(asked, "Service /s does not exist", False)])
             return
         provider = self.services.providers[-1]
-        received = self.received()
-        (request,) = received.pop(provider)
-        assert (request["op"], request["args"]) == ("call_service", {})
-        assert received == [[]] * (CLIENTS - 1)
-        self.services.asked[provider][request["id"]] = asked
+        self.services.asked[provider][self.forwarded(provider, "call_service", {})] = asked
 
     @rule(client=clients, good=st.booleans(), which=identities)
     def respond(self, client: int, good: bool, which: int) -> None:
-        waiting = self.services.asked[client]
-        if not waiting:
+        if not self.services.asked[client]:
             return
-        key = list(waiting)[which % len(waiting)]
-        asked = waiting.pop(key)
+        key, asked = self.services.take(client, which)
         values: object = {"success": True, "message": key} if good else "no"
         answer = {"service": "/s", "id": key, "values": values, "result": good}
         self.wire.send({"op": "service_response", **answer}, client)
@@ -136,11 +144,9 @@ class ClientExchange(RuleBasedStateMachine):
 
     @rule(client=clients, which=identities)
     def respond_with_what_is_no_response(self, client: int, which: int) -> None:
-        waiting = self.services.asked[client]
-        if not waiting:
+        if not self.services.asked[client]:
             return
-        key = list(waiting)[which % len(waiting)]
-        asked = waiting.pop(key)
+        key, asked = self.services.take(client, which)
         answer = {"service": "/s", "id": key, "values": {"x": 1}, "result": True}
         self.wire.send({"op": "service_response", **answer}, client)
         ends = {each: self.wire.received(each) for each in {client, asked.caller}}
@@ -198,11 +204,9 @@ class ClientExchange(RuleBasedStateMachine):
         if not self.actions.providers:
             self.answered([(asked, "Action /a does not exist", False)])
             return
-        received = self.received()
-        (request,) = received.pop(self.actions.providers[0])
-        assert (request["op"], request["args"]) == ("send_action_goal", {"goal": asked.identity})
-        assert received == [[]] * (CLIENTS - 1)
-        self.actions.asked[self.actions.providers[0]][request["id"]] = asked
+        (provider,) = self.actions.providers
+        key = self.forwarded(provider, "send_action_goal", {"goal": asked.identity})
+        self.actions.asked[provider][key] = asked
 
     @precondition(lambda self: any(self.actions.asked.values()))
     @rule(which=identities, by=clients)
@@ -224,11 +228,9 @@ class ClientExchange(RuleBasedStateMachine):
 
     @rule(client=clients, which=identities, status=st.sampled_from([4, 5, 6]))
     def finish(self, client: int, which: int, status: int) -> None:
-        waiting = self.actions.asked[client]
-        if not waiting:
+        if not self.actions.asked[client]:
             return
-        key = list(waiting)[which % len(waiting)]
-        asked = waiting.pop(key)
+        key, asked = self.actions.take(client, which)
         result = {"action": "/a", "id": key, "values": {"result": 7}, "status": status}
         self.wire.send({"op": "action_result", **result, "result": True}, client)
         self.answered([(asked, {"result": 7}, True)])

@@ -24,7 +24,7 @@ from tests.teleop.rosbridge.auth.test_authentication import certificate
 from tests.teleop.rosbridge.server.test_gate import credential
 from tests.teleop.rosbridge.server.test_hostile_clients import masked, opened
 from tests.teleop.rosbridge.server.test_server import client, in_a_loop, serving, until
-from tests.teleop.rosbridge.support import REGISTRY, SECOND
+from tests.teleop.rosbridge.support import REGISTRY, SECOND, heard
 
 """Another address of this machine."""
 
@@ -80,39 +80,31 @@ def test_with_all_places_taken_the_oldest_of_the_address_with_most_leaves() -> N
 CALL = '{"op":"publish","topic":"/t","msg":{"data":"x"}}'
 
 
-def counting(server: Server) -> list[str]:
-    heard: list[str] = []
-    server.protocol.topics.subscribe(
-        "/t", "std_msgs/String", lambda client, message, now: heard.append(message["data"])
-    )
-    return heard
-
-
 @pytest.mark.parametrize("goodbye", [b"", masked(b"\x03\xe8", 0x88)], ids=["gone", "closed"])
 @in_a_loop
 async def test_of_what_a_client_has_sent_that_leaves_little_is_carried_out(goodbye: bytes) -> None:
     async with serving() as server:
-        heard = counting(server)
+        received = heard(server.protocol, "/t", "std_msgs/String")
         for _ in range(4):
             _, writer = await opened(server)
             writer.write(masked(CALL.encode()) * 390 + goodbye)
             writer.close()
-        await until(lambda: bool(heard) and not server.protocol.connections)
-        assert len(heard) <= 4 * 24
+        await until(lambda: bool(received) and not server.protocol.connections)
+        assert len(received) <= 4 * 24
 
 
 @in_a_loop
 async def test_the_last_messages_of_a_program_that_ends_are_carried_out() -> None:
     async with serving() as server:
-        heard = counting(server)
+        received = heard(server.protocol, "/t", "std_msgs/String")
         async with client(server) as polite:
             for _ in range(10):
                 await polite.send(CALL)
-        await until(lambda: len(heard) == 10)
+        await until(lambda: len(received) == 10)
         _, writer = await opened(server)
         writer.write(masked(CALL.encode()) * 10)
         writer.close()
-        await until(lambda: len(heard) == 20)
+        await until(lambda: len(received) == 20)
 
 
 @in_a_loop

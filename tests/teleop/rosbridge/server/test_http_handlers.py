@@ -5,6 +5,7 @@ from __future__ import annotations
 import asyncio
 import socket
 from collections.abc import AsyncIterator
+from contextlib import asynccontextmanager
 from http import HTTPStatus
 
 import pytest
@@ -15,6 +16,7 @@ from teleop.rosbridge.server.http_handlers import HttpHandlers, HttpRequest, Rou
 from teleop.rosbridge.server.http_pages import Page
 from teleop.rosbridge.server.http_server import HttpServer
 from teleop.rosbridge.server.request_reader import MAX_BODY
+from teleop.rosbridge.server.server import Server
 from tests.teleop.rosbridge.server.test_http_pages import fetch
 from tests.teleop.rosbridge.server.test_server import (
     client,
@@ -45,6 +47,15 @@ class Counter:
 
     def _end(self) -> None:
         self.ended += 1
+
+
+@asynccontextmanager
+async def streaming(*, most: int = 10**9) -> AsyncIterator[tuple[Server, Counter]]:
+    """Serve a stream of so many pieces at /stream."""
+    async with serving() as server:
+        counter = Counter(most=most)
+        server.handlers.add("/stream", Route(counter.handle))
+        yield server, counter
 
 
 async def echo(request: HttpRequest) -> Page:
@@ -160,9 +171,7 @@ async def test_a_failing_handler_is_logged_and_answered(caplog: pytest.LogCaptur
 
 @in_a_loop
 async def test_a_stream_arrives_whole_and_ends() -> None:
-    async with serving() as server:
-        counter = Counter(most=40)
-        server.handlers.add("/stream", Route(counter.handle))
+    async with streaming(most=40) as (server, counter):
         status, headers, body = await fetch(server, "/stream")
         assert (status, body == 40 * CHUNK) == (200, True)
         await until(lambda: counter.ended == 1)
@@ -171,9 +180,7 @@ async def test_a_stream_arrives_whole_and_ends() -> None:
 
 @in_a_loop
 async def test_head_of_a_stream_begins_none() -> None:
-    async with serving() as server:
-        counter = Counter()
-        server.handlers.add("/stream", Route(counter.handle))
+    async with streaming() as (server, counter):
         assert (await fetch(server, "/stream", "HEAD"))[::2] == (200, b"")
         assert (counter.taken, counter.ended) == (0, 1)
 
@@ -204,9 +211,7 @@ async def test_a_client_that_takes_nothing_for_long_is_disconnected(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     monkeypatch.setattr(opening, "STREAM_STALL", 0.2)
-    async with serving() as server:
-        counter = Counter()
-        server.handlers.add("/stream", Route(counter.handle))
+    async with streaming() as (server, counter):
         _, writer = await opened(server.port, "/stream")
         await until(lambda: counter.ended > 0)
         writer.close()
@@ -248,9 +253,7 @@ async def test_handlers_and_streams_are_cancelled_when_their_client_leaves() -> 
 
 @in_a_loop
 async def test_what_a_client_says_during_a_stream_is_ignored() -> None:
-    async with serving() as server:
-        counter = Counter(most=100)
-        server.handlers.add("/stream", Route(counter.handle))
+    async with streaming(most=100) as (server, counter):
         reader, writer = await opened(server.port, "/stream")
         await reader.readuntil(b"\r\n\r\n")
         writer.write(b"\xff" * 100_000)
@@ -261,9 +264,7 @@ async def test_what_a_client_says_during_a_stream_is_ignored() -> None:
 
 @in_a_loop
 async def test_streams_do_not_delay_the_end_of_the_server() -> None:
-    async with serving() as server:
-        counter = Counter()
-        server.handlers.add("/stream", Route(counter.handle))
+    async with streaming() as (server, counter):
         _, writer = await opened(server.port, "/stream")
         await until(lambda: counter.taken > 0)
         async with asyncio.timeout(1.5):

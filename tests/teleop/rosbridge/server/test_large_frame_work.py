@@ -28,7 +28,7 @@ from tests.teleop.rosbridge.server.test_server import (
     serving,
     until,
 )
-from tests.teleop.rosbridge.support import REGISTRY, SECOND
+from tests.teleop.rosbridge.support import REGISTRY, SECOND, heard
 
 POSES = {"topic": "/poses", "type": "geometry_msgs/PoseArray"}
 TEXT = {"topic": "/t", "type": "std_msgs/String"}
@@ -184,14 +184,11 @@ async def test_large_requests_and_responses_of_services_are_completed_ahead() ->
 def test_type_that_changes_meanwhile_is_that_of_the_message() -> None:
     protocol = Protocol(REGISTRY, limits=ClientLimits.unhurried())
     client = protocol.connect(SECOND)
-    received: list[Any] = []
     protocol.topics.establish("/poses", "geometry_msgs/PoseArray")
     work = protocol.prepare(client, poses(500), SECOND)
     assert work is not None
     prepared = work()
-    protocol.topics.subscribe(
-        "/poses", "nav_msgs/Path", lambda client, message, now: received.append(message)
-    )
+    received = heard(protocol, "/poses", "nav_msgs/Path")
     protocol.receive(client, prepared, SECOND)
     assert received == []
     ((_, status),) = protocol.connections.drain()

@@ -26,7 +26,7 @@ from teleop.rosbridge.protocol.protocol import Protocol
 from teleop.rosbridge.server.keepalive import Keepalive
 from teleop.rosbridge.server.server import Server
 from teleop.rosbridge.server.websocket_connection import WebSocketConnection
-from tests.teleop.rosbridge.support import REGISTRY, ConnectionLog, client_ids
+from tests.teleop.rosbridge.support import REGISTRY, ConnectionLog, client_ids, heard
 
 PATIENCE = 20.0
 CLOUD = np.zeros(1_000_000, np.uint8)
@@ -106,10 +106,7 @@ async def test_json_is_sent_in_text_frames_and_cbor_in_binary_frames() -> None:
 @in_a_loop
 async def test_binary_frames_in_small_websocket_fragments_are_processed() -> None:
     async with serving() as server, client(server) as a:
-        received: list[Message] = []
-        server.protocol.topics.subscribe(
-            "/joy", "sensor_msgs/Joy", lambda client, message, now: received.append(message)
-        )
+        received = heard(server.protocol, "/joy", "sensor_msgs/Joy")
         frame = json.dumps(
             {"op": "publish", "topic": "/joy", "msg": {"axes": [0.5] * 2000}}
         ).encode()
