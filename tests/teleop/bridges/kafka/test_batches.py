@@ -10,7 +10,15 @@ import pytest
 
 from teleop.bridges.kafka import log_reader
 from teleop.bridges.kafka.partition_log import PartitionLog
-from tests.teleop.bridges.kafka.support import Sender, bridge, make_wide, remake, sender, until
+from tests.teleop.bridges.kafka.support import (
+    Sender,
+    bridge,
+    make_wide,
+    reading,
+    remake,
+    sender,
+    until,
+)
 from tests.teleop.bridges.rest.support import JSON, glasses, proxy
 from tests.teleop.bridges.support import Broker, robot
 from tests.teleop.support import in_a_loop
@@ -55,12 +63,7 @@ async def exactly(glasses: Sender, *outcomes: str) -> None:
 async def test_five_commands_of_one_request_are_driven_once_each_without_an_age_limit(
     tansu: Broker, topic: str, tmp_path: Path
 ) -> None:
-    async with (
-        robot() as steps,
-        sender(tansu.address, topic) as glasses,
-        bridge(tansu.address, steps.server.url, topic, tmp_path) as running,
-    ):
-        await running.reads()
+    async with reading(tansu.address, topic, tmp_path) as (steps, glasses, running):
         up, left = {"movement": "up"}, {"movement": "left"}
         photo = {"action": "photo"}
         await post(tansu.address, topic, {"distance": 0.5}, {"angle": 15}, up, left, photo)
@@ -109,19 +112,17 @@ async def test_a_request_that_was_sent_before_the_first_start_is_not_driven(
 async def test_a_log_that_was_made_again_is_followed_and_said_so(
     tansu: Broker, topic: str, tmp_path: Path
 ) -> None:
-    async with robot() as steps, sender(tansu.address, topic) as glasses:
-        async with bridge(tansu.address, steps.server.url, topic, tmp_path) as running:
-            await running.reads()
-            up = {"distance": 0.5, "movement": "up"}
-            await post(tansu.address, topic, up, up, up)
-            await exactly(glasses, "done", "done", "done")
-            await remake(tansu.address, topic)
-            await running.says(f"{topic} has begun again")
-            await post(tansu.address, topic, up, up)
-            await exactly(glasses, "done", "done", "done", "lost", "done", "done")
-            lost, first, _ = (await glasses.results(6))[3:]
-            assert "ends at" in lost["message"]
-            assert (first["log"], first["offset"]) == (1, 0)
+    async with reading(tansu.address, topic, tmp_path) as (steps, glasses, running):
+        up = {"distance": 0.5, "movement": "up"}
+        await post(tansu.address, topic, up, up, up)
+        await exactly(glasses, "done", "done", "done")
+        await remake(tansu.address, topic)
+        await running.says(f"{topic} has begun again")
+        await post(tansu.address, topic, up, up)
+        await exactly(glasses, "done", "done", "done", "lost", "done", "done")
+        lost, first, _ = (await glasses.results(6))[3:]
+        assert "ends at" in lost["message"]
+        assert (first["log"], first["offset"]) == (1, 0)
         assert steps.begun == [0.5] * 5
 
 

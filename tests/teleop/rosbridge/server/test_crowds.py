@@ -115,12 +115,14 @@ async def test_a_client_that_is_cut_off_has_no_place_and_is_soon_disconnected(
         for timeout in (1000.0, 0.1):
             monkeypatch.setattr(websocket_connection, "_CUT_TIMEOUT", timeout)
             _, writer = await opened(server)  # which reads nothing
-            await until(lambda: len(server.protocol.connections) == 1)
+            await until(lambda: len(server._writers) == 1)
+            (its,) = (each.socket.transport for each in server._writers.values())
             writer.write(masked(b"", 0x89) * 1000)
             await until(lambda: len(server.protocol.connections) == 0)
             while timeout < 1.0 and not writer.transport.is_closing():
                 writer.write(masked(b"", 0x89) * 1000)
                 await asyncio.sleep(0.02)
+            its.abort()
             writer.transport.abort()
 
 
