@@ -133,14 +133,6 @@ def test_invalid_result_aborts_the_goal_and_is_reported_to_the_provider(wire: Wi
     assert (received["status"], received["result"]) == (6, False)
 
 
-def test_actions_have_one_provider(wire: Wire) -> None:
-    received = wire.ask(provide(), OTHER)
-    assert received == [error("advertise_action: action /fib is provided by another client")]
-    wire.send({"op": "unadvertise_action", "action": NAME}, OTHER)
-    wire.send({"op": "unadvertise_action", "action": NAME}, PROVIDER)
-    assert wire.ask(provide(), OTHER) == []
-
-
 def test_actions_and_goals_are_limited() -> None:
     wire = Wire(clients=2, limits=ClientLimits(services=1, calls=1))
     wire.send(provide(), PROVIDER)

@@ -7,7 +7,7 @@ import pytest
 from teleop.rosbridge.errors import TypeNameError
 from teleop.rosbridge.messages.message_types import short_name
 from teleop.rosbridge.messages.type_registry import TypeRegistry
-from tests.teleop.rosbridge.support import REGISTRY
+from tests.teleop.rosbridge.support import REGISTRY, ROOT
 
 
 @pytest.mark.parametrize(
@@ -36,36 +36,18 @@ def test_invalid_type_names_are_rejected_in_one_line(name: str) -> None:
 
 
 def test_farsteer_types_are_read_from_their_folder() -> None:
-    ours = [name for name in REGISTRY if name.startswith("farsteer_msgs/")]
-    assert sorted(map(short_name, ours)) == [
-        "farsteer_msgs/ArmInfo",
-        "farsteer_msgs/ArmMirror",
-        "farsteer_msgs/ArmMoveAction",
-        "farsteer_msgs/ArmMoveActionFeedback",
-        "farsteer_msgs/ArmMoveActionGoal",
-        "farsteer_msgs/ArmMoveActionResult",
-        "farsteer_msgs/ArmMoveFeedback",
-        "farsteer_msgs/ArmMoveGoal",
-        "farsteer_msgs/ArmMoveResult",
-        "farsteer_msgs/ArmState",
-        "farsteer_msgs/BumperState",
-        "farsteer_msgs/Condition",
-        "farsteer_msgs/Hand",
-        "farsteer_msgs/HintVerdict",
-        "farsteer_msgs/LeanCloud",
-        "farsteer_msgs/LocalizationStatus",
-        "farsteer_msgs/MapInfo",
-        "farsteer_msgs/MoveAction",
-        "farsteer_msgs/MoveActionFeedback",
-        "farsteer_msgs/MoveActionGoal",
-        "farsteer_msgs/MoveActionResult",
-        "farsteer_msgs/MoveFeedback",
-        "farsteer_msgs/MoveGoal",
-        "farsteer_msgs/MoveResult",
-        "farsteer_msgs/ScenarioState",
-        "farsteer_msgs/Slip",
-        "farsteer_msgs/TeleopState",
-    ]
+    ours = {short_name(name) for name in REGISTRY if name.startswith("farsteer_msgs/")}
+    folder = ROOT / "assets" / "farsteer_msgs"
+    messages = {f"farsteer_msgs/{path.stem}" for path in (folder / "msg").glob("*.msg")}
+    parts = [f"{a}{b}" for a in ("Action", "") for b in ("Feedback", "Goal", "Result")]
+    actions = {
+        f"farsteer_msgs/{path.stem}{part}"
+        for path in (folder / "action").glob("*.action")
+        for part in ("Action", *parts)
+    }
+    assert len(messages) > 10
+    assert len(actions) > 10
+    assert ours == messages | actions
     step = REGISTRY.service("farsteer_msgs/Step")
     assert [field.name for field in step.request.fields] == ["ticks"]
     assert [field.name for field in step.response.fields] == ["success", "message", "stamp"]

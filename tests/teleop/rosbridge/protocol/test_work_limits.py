@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-from typing import Any
 
 import pytest
 
@@ -183,29 +182,6 @@ def test_answers_count_for_the_bytes_of_who_calls() -> None:
         wire.send({"op": "call_service", "service": "/rosapi/get_param", "args": {"name": "/"}})
         size += sum(len(getattr(output, "payload", b"")) for output in wire.outputs())
     assert size <= 13 * ClientLimits().bytes
-
-
-def test_number_of_topics_does_not_slow_down_who_publishes(monkeypatch: pytest.MonkeyPatch) -> None:
-    wire = Wire(26, limits=ClientLimits.unhurried())
-    for client in range(1, 26):
-        for number in range(64):
-            topic = {"topic": f"/t{client}/{number}", "type": "std_msgs/String"}
-            wire.send({"op": "subscribe", **topic, "throttle_rate": 50}, client)
-            wire.send({"op": "advertise", **topic}, client)
-    walks: list[str] = []
-
-    def walked(self: object) -> list[Any]:
-        walks.append("all")
-        return []
-
-    monkeypatch.setattr(type(wire.protocol.topics), "all", property(walked))
-    wire.send({"op": "advertise", **TEXT})
-    wire.send({"op": "subscribe", **TEXT})
-    wire.send({"op": "publish", "topic": "/t", "msg": {"data": "x"}})
-    wire.send({"op": "unsubscribe", "topic": "/t"})
-    wire.protocol.disconnect(wire.clients[25], wire.now)
-    assert walks == []
-    assert wire.protocol.topics.find("/t25/0").idle  # type: ignore[union-attr]
 
 
 # Memory of addresses

@@ -19,7 +19,6 @@ from websockets.exceptions import ConnectionClosed, InvalidStatus
 from teleop.rosbridge.compat.rosapi import serve_rosapi
 from teleop.rosbridge.errors import ServerError, ServiceError
 from teleop.rosbridge.framing.outbox import QueueLimits
-from teleop.rosbridge.graph.deferred_response import DeferredResponse
 from teleop.rosbridge.limits import ClientLimits
 from teleop.rosbridge.messages.message_types import Message
 from teleop.rosbridge.protocol.protocol import Protocol
@@ -167,36 +166,6 @@ async def test_responses_overtake_queued_messages() -> None:
 
 
 @in_a_loop
-async def test_lockstep_response_follows_all_messages_of_its_ticks() -> None:
-    time = 0
-    async with serving(lockstep=True, clock=lambda: time) as server, client(server) as a:
-        steps: list[tuple[int, int, DeferredResponse]] = []
-
-        def step(client: int, request: Message, now: int) -> DeferredResponse:
-            server.protocol.connections.set_lossless(client)
-            later = DeferredResponse()
-            steps.append((client, request["ticks"], later))
-            return later
-
-        server.protocol.services.serve("/sim/step", "farsteer_msgs/Step", step)
-        await say(a, {**CHATTER, "queue_length": 1}, {**IMAGE, "queue_length": 1})
-        call = {"op": "call_service", "service": "/sim/step", "args": {"ticks": 50}, "id": "s"}
-        await a.send(json.dumps(call))
-        await until(lambda: bool(steps))
-        caller, ticks, later = steps[0]
-        for i in range(ticks):
-            time += 20_000_000
-            server.protocol.topics.publish("/chatter", {"data": str(i)}, server.now)
-            server.protocol.topics.publish("/cloud", {"data": CLOUD[:100_000]}, server.now)
-        later.complete({"success": True})
-        received = [await receive(a) for _ in range(101)]
-        assert [h["op"] for h in received] == ["publish"] * 100 + ["service_response"]
-        assert [h["msg"]["data"] for h in received[:-1:2]] == [str(i) for i in range(50)]
-        await server.flush(caller)
-        assert server.waiting(caller) == 0
-
-
-@in_a_loop
 async def test_small_messages_of_a_moment_leave_in_one_write() -> None:
     async with serving() as server, client(server) as a:
         await say(a, CHATTER)
@@ -331,14 +300,6 @@ async def test_server_listens_on_loopback_only() -> None:
     async with serving() as server:
         assert server._listener.addresses == ["127.0.0.1"]
         assert server.url == f"ws://127.0.0.1:{server.port}"
-
-
-@in_a_loop
-async def test_port_in_use_is_a_one_line_error() -> None:
-    with socket.create_server(("127.0.0.1", 0)) as holder:
-        port = holder.getsockname()[1]
-        with pytest.raises(ServerError, match=rf"port {port} of 127\.0\.0\.1 is in use: .*0: any"):
-            await Server(Protocol(REGISTRY), port=port).start()
 
 
 @in_a_loop
