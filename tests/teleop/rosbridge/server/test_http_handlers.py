@@ -273,28 +273,24 @@ async def test_streams_do_not_delay_the_end_of_the_server() -> None:
         writer.close()
 
 
-@pytest.mark.parametrize(
-    ("headers", "status"),
-    [
-        ({}, 200),
-        ({"sec_fetch_site": "same-origin"}, 200),
-        ({"sec_fetch_site": "none"}, 200),
-        ({"sec_fetch_site": "same-site"}, 403),
-        ({"sec_fetch_site": "cross-site"}, 403),
-        ({"host": "evil.example", "sec_fetch_site": "same-origin"}, 403),
-        ({"origin": "http://localhost:1"}, 403),
-        ({"host": "localhost:1", "origin": "http://localhost:1"}, 200),
-    ],
-)
 @in_a_loop
-async def test_pages_of_other_origins_get_nothing_where_a_handler_says_so(
-    headers: dict[str, str], status: int
-) -> None:
+async def test_pages_of_other_origins_get_nothing_where_a_handler_says_so() -> None:
+    headers: dict[str, str]
     async with serving() as server:
         server.handlers.add("/own", Route(echo, own_pages_only=True))
-        answered, fields, _ = await fetch(server, "/own", **headers)
-        assert answered == status
-        assert "access-control-allow-origin" not in fields
+        for headers, status in (
+            ({}, 200),
+            ({"sec_fetch_site": "same-origin"}, 200),
+            ({"sec_fetch_site": "none"}, 200),
+            ({"sec_fetch_site": "same-site"}, 403),
+            ({"sec_fetch_site": "cross-site"}, 403),
+            ({"host": "evil.example", "sec_fetch_site": "same-origin"}, 403),
+            ({"origin": "http://localhost:1"}, 403),
+            ({"host": "localhost:1", "origin": "http://localhost:1"}, 200),
+        ):
+            answered, fields, _ = await fetch(server, "/own", **headers)
+            assert answered == status, headers
+            assert "access-control-allow-origin" not in fields
 
 
 @in_a_loop
