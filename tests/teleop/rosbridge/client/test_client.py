@@ -192,7 +192,7 @@ async def test_client_without_reconnect_stays_disconnected() -> None:
 @in_a_loop
 async def test_unresponsive_server_is_detected_by_pings() -> None:
     async with serving(lockstep=True) as server:
-        client = listening(server.url, keepalive=0.05, timeout=0.2, reconnect=False)
+        client = listening(server.url, keepalive=0.05, timeout=1.0, reconnect=False)
         await client.connect()
         for link in server._writers.values():
             link.socket.transport.pause_reading()

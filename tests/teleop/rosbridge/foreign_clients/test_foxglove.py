@@ -137,7 +137,12 @@ async def test_foxglove_reads_messages_of_every_type(ros_version: RosVersion, fo
             stdout=asyncio.subprocess.PIPE,
             stderr=asyncio.subprocess.PIPE,
         )
-        out, complaints = await process.communicate()
+        try:
+            out, complaints = await process.communicate()
+        finally:
+            if process.returncode is None:
+                process.kill()
+                await process.wait()
     assert process.returncode == 0, complaints.decode()
     said = json.loads(out)
     assert said["version"] == (1 if ros_version == "ros1" else 2)

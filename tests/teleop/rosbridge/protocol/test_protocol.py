@@ -178,6 +178,17 @@ def test_shortest_throttle_time_of_several_subscriptions_is_used() -> None:
     assert wire.received() == [publish("3")]
 
 
+def test_message_that_is_held_back_comes_sooner_for_a_subscription_that_waits_less() -> None:
+    wire = Wire()
+    wire.send(subscribe(throttle_rate=1000, id="slow"))
+    for data in "12":
+        wire.send(publish(data))
+    assert wire.received() == [publish("1")]
+    wire.send(subscribe(throttle_rate=100, id="fast"))
+    wire.wait(100)
+    assert wire.received() == [publish("2")]
+
+
 @pytest.mark.parametrize("rate", [100, 100.0, None, 0, -5, 1e300])
 def test_throttle_rate_may_be_any_number_or_null(rate: object) -> None:
     assert Wire().ask(subscribe(throttle_rate=rate, queue_length=rate)) == []
@@ -428,6 +439,7 @@ def test_deferred_responses_to_disconnected_clients_are_dropped() -> None:
     wire.protocol.services.serve("/sim/step", "farsteer_msgs/Step", lambda *_: later)
     wire.send({"op": "call_service", "service": "/sim/step"})
     wire.protocol.disconnect(wire.clients[0], wire.now)
+    wire.send({"op": "nonsense"})  # what comes behind the end is not processed
     later.complete({})
     assert wire.protocol.connections.drain() == []
 

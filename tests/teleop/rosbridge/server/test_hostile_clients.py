@@ -226,7 +226,7 @@ async def test_requests_that_are_too_long_or_in_doubt_are_answered_with_their_co
 
 @in_a_loop
 async def test_unresponsive_connection_within_a_frame_is_closed() -> None:
-    async with beside_a_stream(keepalive=Keepalive(0.05, 0.05, 0.05)) as server:
+    async with beside_a_stream(keepalive=Keepalive(0.05, 1.0, 1.0)) as server:
         reader, writer = await opened(server)
         writer.write(struct.pack("!BBQ", 0x81, 0xFF, 900_000) + b"x" * 100)
         await reader.read()  # until the end of the stream
@@ -248,6 +248,7 @@ async def test_connections_without_tls_handshake_are_aborted(
         writer.write(b"GET / HTTP/1.1\r\n\r\n")
         assert b"HTTP" not in await reader.read()
         writer.close()
+        monkeypatch.setattr("teleop.rosbridge.server.listener.HEADER_TIMEOUT", 60.0)
         trust = ssl.create_default_context(cafile=str(crt))
         reader, writer = await asyncio.open_connection("127.0.0.1", server.port, ssl=trust)
         writer.write(b"GET /healthz HTTP/1.1\r\nHost: 127.0.0.1\r\n\r\n")
