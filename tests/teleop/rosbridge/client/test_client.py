@@ -55,6 +55,23 @@ async def test_messages_arrive_in_order_and_typed_in_both_encodings() -> None:
 
 
 @in_a_loop
+async def test_bytes_arrive_as_bytes_in_both_encodings() -> None:
+    async with serving() as server, listening(server.url) as client:
+        received: list[Message] = []
+        kind = "sensor_msgs/CompressedImage"
+        first = await client.subscribe("/cloud", kind, received.append)
+        await client.call("/rosapi/get_time")
+        server.protocol.topics.publish("/cloud", {"data": b"\x00\xff"}, server.now)
+        await until(lambda: len(received) == 1)
+        await client.unsubscribe(first)
+        await client.subscribe("/cloud", kind, received.append, compression="cbor")
+        await client.call("/rosapi/get_time")
+        server.protocol.topics.publish("/cloud", {"data": b"\x00\xff"}, server.now)
+        await until(lambda: len(received) == 2)
+        assert [message["data"] for message in received] == [b"\x00\xff"] * 2
+
+
+@in_a_loop
 async def test_published_messages_reach_the_host() -> None:
     async with serving() as server, listening(server.url) as client:
         received = heard(server.protocol, "/joy", "sensor_msgs/Joy")

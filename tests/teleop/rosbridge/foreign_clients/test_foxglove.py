@@ -33,8 +33,8 @@ from tests.teleop.rosbridge.foreign_clients.test_javascript_clients import (
     installed,
     node,
 )
-from tests.teleop.rosbridge.server.test_server import in_a_loop
 from tests.teleop.rosbridge.support import REGISTRY, heard
+from tests.teleop.support import in_a_loop
 
 pytestmark = pytest.mark.process
 

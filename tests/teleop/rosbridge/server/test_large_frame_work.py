@@ -143,6 +143,24 @@ async def test_frames_that_wait_for_a_large_one_are_bounded(
 
 
 @in_a_loop
+async def test_errors_in_large_frames_are_answered_as_in_small_ones() -> None:
+    async with serving() as server, client(server) as a:
+        await say(a, {"op": "advertise", **POSES})
+        for frame, text in (
+            (poses(1000, no="such"), "unknown field"),
+            (poses(1000, header={"stamp": {"sec": 2**40}}), "out of range"),
+            (
+                '{"op":"publish","topic":"/poses","msg":{"poses":[' + "{}," * 9000 + "{}]}}",
+                "too many",
+            ),
+            ("x" * 20_000, "must have in its first or last"),
+        ):
+            await a.send(frame)
+            status = await receive(a)
+            assert (status["op"], text in status["msg"]) == ("status", True), status
+
+
+@in_a_loop
 async def test_large_requests_and_responses_of_services_are_completed_ahead() -> None:
     async with serving() as server, client(server) as a, client(server) as b:
         server.protocol.registry.add_service("large/List", "string text\n---\nstring[] topics")

@@ -305,6 +305,14 @@ async def test_server_listens_on_loopback_only() -> None:
 
 
 @in_a_loop
+async def test_port_in_use_is_a_one_line_error() -> None:
+    with socket.create_server(("127.0.0.1", 0)) as holder:
+        port = holder.getsockname()[1]
+        with pytest.raises(ServerError, match=rf"port {port} of 127\.0\.0\.1 is in use: .*0: any"):
+            await Server(Protocol(REGISTRY), port=port).start()
+
+
+@in_a_loop
 async def test_foreign_address_is_a_one_line_error() -> None:
     with pytest.raises(ServerError, match=r"cannot listen on port 0 of 192\.0\.2\.1"):
         await Server(Protocol(REGISTRY), host="192.0.2.1", port=0).start()
