@@ -51,7 +51,7 @@ def client_ids(protocol: Protocol) -> list[int]:
     return [connection.id for connection in protocol.connections]
 
 
-def heard(protocol: Protocol, topic: str, kind: str) -> list[Message]:
+def received_on(protocol: Protocol, topic: str, kind: str) -> list[Message]:
     """Return the messages that the host receives on a topic, to which each is added as it comes."""
     received: list[Message] = []
     protocol.topics.subscribe(topic, kind, lambda client, message, now: received.append(message))

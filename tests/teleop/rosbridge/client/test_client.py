@@ -18,7 +18,7 @@ from teleop.rosbridge.messages.message_types import Message
 from teleop.rosbridge.protocol.protocol import Protocol
 from teleop.rosbridge.server.server import Server
 from tests.teleop.rosbridge.server.test_server import in_a_loop, serving, until
-from tests.teleop.rosbridge.support import REGISTRY, ConnectionLog, heard
+from tests.teleop.rosbridge.support import REGISTRY, ConnectionLog, received_on
 
 
 def listening(url: str, **options: Any) -> Client:
@@ -74,7 +74,7 @@ async def test_bytes_arrive_as_bytes_in_both_encodings() -> None:
 @in_a_loop
 async def test_published_messages_reach_the_host() -> None:
     async with serving() as server, listening(server.url) as client:
-        received = heard(server.protocol, "/joy", "sensor_msgs/Joy")
+        received = received_on(server.protocol, "/joy", "sensor_msgs/Joy")
         await client.advertise("/joy", "sensor_msgs/Joy")
         assert await client.publish("/joy", {"axes": np.array([0.5, -1.0]), "buttons": [1]})
         await until(lambda: bool(received))

@@ -26,7 +26,7 @@ from tests.teleop.rosbridge.foreign_clients.test_javascript_clients import (
     installed,
     node,
 )
-from tests.teleop.rosbridge.support import REGISTRY, heard
+from tests.teleop.rosbridge.support import REGISTRY, received_on
 
 pytestmark = pytest.mark.process
 
@@ -99,7 +99,7 @@ def visit(site: tuple[int, SimpleQueue[Any]], host: str, folder: Path) -> tuple[
     port, said = site
     protocol = Protocol(REGISTRY, limits=ClientLimits())
     serve_standard(protocol)
-    wishes = heard(protocol, "/joy", "sensor_msgs/Joy")
+    wishes = received_on(protocol, "/joy", "sensor_msgs/Joy")
 
     async def run() -> Any:
         async with Server(protocol, port=0) as server:

@@ -33,7 +33,7 @@ from tests.teleop.rosbridge.foreign_clients.test_javascript_clients import (
     installed,
     node,
 )
-from tests.teleop.rosbridge.support import REGISTRY, heard
+from tests.teleop.rosbridge.support import REGISTRY, received_on
 from tests.teleop.support import in_a_loop
 
 pytestmark = pytest.mark.process
@@ -130,7 +130,7 @@ async def test_foxglove_reads_messages_of_every_type(ros_version: RosVersion, fo
         server.protocol.services.serve(
             "/switch", "std_srvs/SetBool", lambda *_: {"success": True, "message": "on"}
         )
-        wishes = heard(protocol, "/cmd_vel", "geometry_msgs/Twist")
+        wishes = received_on(protocol, "/cmd_vel", "geometry_msgs/Twist")
         script = shutil.copy(JAVASCRIPT / "foxglove_checks.cjs", folder)
         process = await asyncio.create_subprocess_exec(
             *("node", script, server.url, "/switch", "/cmd_vel"),

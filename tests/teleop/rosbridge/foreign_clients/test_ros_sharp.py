@@ -20,7 +20,7 @@ from websockets.asyncio.client import connect
 from teleop.rosbridge.messages.message_types import Field, MessageType
 from teleop.rosbridge.server.server import Server
 from tests.teleop.rosbridge.server.test_server import in_a_loop, serving, until
-from tests.teleop.rosbridge.support import REGISTRY, heard
+from tests.teleop.rosbridge.support import REGISTRY, received_on
 
 CHUNK = 1024
 
@@ -163,7 +163,7 @@ JOY = {
 @in_a_loop
 async def test_ros_sharp_joystick_arrives(kind: str) -> None:
     async with serving() as server, unity(server) as client:
-        received = heard(server.protocol, "/joy", "sensor_msgs/Joy")
+        received = received_on(server.protocol, "/joy", "sensor_msgs/Joy")
         await client.advertise("/joy", kind)
         for _ in range(3):
             await client.publish("/joy", JOY)

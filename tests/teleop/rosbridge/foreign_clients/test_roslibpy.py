@@ -15,7 +15,7 @@ from teleop.rosbridge.compat.rosapi import serve_rosapi
 from teleop.rosbridge.protocol.protocol import Protocol
 from teleop.rosbridge.server.server import Server
 from tests.teleop.rosbridge.server.test_server import in_a_loop, until
-from tests.teleop.rosbridge.support import REGISTRY, heard
+from tests.teleop.rosbridge.support import REGISTRY, received_on
 
 pytestmark = [
     pytest.mark.process,
@@ -67,7 +67,7 @@ class Robot:
         protocol = Protocol(REGISTRY)
         serve_rosapi(protocol)
         self.server = Server(protocol, port=port)
-        self.received = heard(protocol, "/joy", "sensor_msgs/Joy")
+        self.received = received_on(protocol, "/joy", "sensor_msgs/Joy")
         self.server.protocol.topics.advertise("/chatter", "std_msgs/String")
         self.server.protocol.services.serve(
             "/set", "std_srvs/SetBool", lambda *_: {"success": True}

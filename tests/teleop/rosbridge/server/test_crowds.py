@@ -25,7 +25,7 @@ from tests.teleop.rosbridge.auth.test_authentication import certificate
 from tests.teleop.rosbridge.server.test_gate import credential
 from tests.teleop.rosbridge.server.test_hostile_clients import masked, opened
 from tests.teleop.rosbridge.server.test_server import client, in_a_loop, serving, until
-from tests.teleop.rosbridge.support import REGISTRY, SECOND, heard
+from tests.teleop.rosbridge.support import REGISTRY, SECOND, received_on
 
 """Another address of this machine."""
 
@@ -85,7 +85,7 @@ CALL = '{"op":"publish","topic":"/t","msg":{"data":"x"}}'
 @in_a_loop
 async def test_of_what_a_client_has_sent_that_leaves_little_is_carried_out(goodbye: bytes) -> None:
     async with serving() as server:
-        received = heard(server.protocol, "/t", "std_msgs/String")
+        received = received_on(server.protocol, "/t", "std_msgs/String")
         for _ in range(4):
             _, writer = await opened(server)
             writer.write(masked(CALL.encode()) * 390 + goodbye)
@@ -97,7 +97,7 @@ async def test_of_what_a_client_has_sent_that_leaves_little_is_carried_out(goodb
 @in_a_loop
 async def test_the_last_messages_of_a_program_that_ends_are_carried_out() -> None:
     async with serving() as server:
-        received = heard(server.protocol, "/t", "std_msgs/String")
+        received = received_on(server.protocol, "/t", "std_msgs/String")
         async with client(server) as polite:
             for _ in range(10):
                 await polite.send(CALL)

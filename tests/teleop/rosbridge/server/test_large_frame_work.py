@@ -28,7 +28,7 @@ from tests.teleop.rosbridge.server.test_server import (
     serving,
     until,
 )
-from tests.teleop.rosbridge.support import REGISTRY, SECOND, heard
+from tests.teleop.rosbridge.support import REGISTRY, SECOND, received_on
 
 POSES = {"topic": "/poses", "type": "geometry_msgs/PoseArray"}
 TEXT = {"topic": "/t", "type": "std_msgs/String"}
@@ -188,7 +188,7 @@ def test_type_that_changes_meanwhile_is_that_of_the_message() -> None:
     work = protocol.prepare(client, poses(500), SECOND)
     assert work is not None
     prepared = work()
-    received = heard(protocol, "/poses", "nav_msgs/Path")
+    received = received_on(protocol, "/poses", "nav_msgs/Path")
     protocol.receive(client, prepared, SECOND)
     assert received == []
     ((_, status),) = protocol.connections.drain()

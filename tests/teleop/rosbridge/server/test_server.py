@@ -25,7 +25,7 @@ from teleop.rosbridge.protocol.protocol import Protocol
 from teleop.rosbridge.server.keepalive import Keepalive
 from teleop.rosbridge.server.server import Server
 from teleop.rosbridge.server.websocket_connection import WebSocketConnection
-from tests.teleop.rosbridge.support import REGISTRY, ConnectionLog, client_ids, heard
+from tests.teleop.rosbridge.support import REGISTRY, ConnectionLog, client_ids, received_on
 
 PATIENCE = 60.0
 """For what must come at all [s]; a loaded machine is no failure."""
@@ -107,7 +107,7 @@ async def test_json_is_sent_in_text_frames_and_cbor_in_binary_frames() -> None:
 @in_a_loop
 async def test_binary_frames_in_small_websocket_fragments_are_processed() -> None:
     async with serving() as server, client(server) as a:
-        received = heard(server.protocol, "/joy", "sensor_msgs/Joy")
+        received = received_on(server.protocol, "/joy", "sensor_msgs/Joy")
         frame = json.dumps(
             {"op": "publish", "topic": "/joy", "msg": {"axes": [0.5] * 2000}}
         ).encode()
