@@ -16,7 +16,7 @@ from teleop.rosbridge.limits import ClientLimits
 from teleop.rosbridge.messages.cbor import read_cbor
 from teleop.rosbridge.messages.message_completion import complete
 from teleop.rosbridge.messages.message_defaults import BLOBS, DTYPES
-from teleop.rosbridge.messages.message_types import Field, MessageType
+from teleop.rosbridge.messages.message_types import Field, Message, MessageType
 from teleop.rosbridge.messages.type_registry import TypeRegistry
 from teleop.rosbridge.protocol.connection import Connection
 from teleop.rosbridge.protocol.observers import Observer
@@ -49,6 +49,13 @@ class ConnectionLog(Observer):
 def client_ids(protocol: Protocol) -> list[int]:
     """Return the ids of the connected clients."""
     return [connection.id for connection in protocol.connections]
+
+
+def received_on(protocol: Protocol, topic: str, kind: str) -> list[Message]:
+    """Return the messages that the host receives on a topic, to which each is added as it comes."""
+    received: list[Message] = []
+    protocol.topics.subscribe(topic, kind, lambda client, message, now: received.append(message))
+    return received
 
 
 class Wire:

@@ -7,7 +7,7 @@ import re
 import signal
 import subprocess
 import sys
-from asyncio.subprocess import PIPE
+from asyncio.subprocess import PIPE, Process
 from pathlib import Path
 
 import pytest
@@ -19,17 +19,21 @@ from tests.teleop.rosbridge.support import ROOT
 pytestmark = pytest.mark.process
 
 
+async def started(*options: str) -> Process:
+    """Start the program on a free port."""
+    return await asyncio.create_subprocess_exec(
+        *(sys.executable, "-m", "teleop.rosbridge", "--port", "0", *options),
+        cwd=ROOT,
+        stdout=PIPE,
+    )
+
+
 @in_a_loop
 async def test_program_serves_custom_types_until_interrupted(tmp_path: Path) -> None:
     package = tmp_path / "lamp_msgs"
     package.mkdir()
     (package / "Lamp.msg").write_text("bool on\n")
-    process = await asyncio.create_subprocess_exec(
-        *(sys.executable, "-m", "teleop.rosbridge", "--port", "0", "--ros1"),
-        *("--messages", str(package)),
-        cwd=ROOT,
-        stdout=PIPE,
-    )
+    process = await started("--ros1", "--messages", str(package))
     assert process.stdout is not None
     found = re.search(r"ws://\S+:\d+", (await process.stdout.readline()).decode())
     assert found is not None
@@ -41,22 +45,18 @@ async def test_program_serves_custom_types_until_interrupted(tmp_path: Path) -> 
         assert await received.get() == {"on": True}
         assert (await client.call("/rosapi/get_ros_version"))["version"] == 1
     process.send_signal(signal.SIGINT)
-    assert await process.wait() == 0
+    said, _ = await process.communicate()
+    assert (process.returncode, b"warning" in said) == (0, False)
 
 
-@pytest.mark.parametrize(("host", "warned"), [("127.0.0.1", False), ("0.0.0.0", True)])
 @in_a_loop
-async def test_listening_on_the_network_prints_a_warning(host: str, warned: bool) -> None:
-    process = await asyncio.create_subprocess_exec(
-        *(sys.executable, "-m", "teleop.rosbridge", "--port", "0", "--host", host),
-        cwd=ROOT,
-        stdout=PIPE,
-    )
+async def test_listening_on_the_network_prints_a_warning() -> None:
+    process = await started("--host", "0.0.0.0")
     assert process.stdout is not None
     await process.stdout.readline()
     process.send_signal(signal.SIGINT)
     said, _ = await process.communicate()
-    assert (b"warning: any program that can reach this address can connect" in said) == warned
+    assert b"warning: any program that can reach this address can connect" in said
 
 
 def run(*arguments: str) -> tuple[int, str]:

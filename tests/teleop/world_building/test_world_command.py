@@ -33,26 +33,18 @@ def write_map(folder: Path, middle: bytes = b"\xfe" * 80) -> Path:
     return path
 
 
-@pytest.mark.long
 @pytest.mark.slow
-def test_generated_building_is_a_scene_that_loads_with_its_cloud(
+def test_generated_building_is_a_scene_that_loads_and_asks_for_its_cloud(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.chdir(tmp_path)
-    assert main(["world", "generate", "--seed", "4", "--area", "60"]) == 0
-    output = capsys.readouterr().out
-    assert "farsteer serve --scene worlds/building-4" in output
+    assert main(["world", "generate", "--seed", "4", "--area", "60", "--no-cloud"]) == 0
+    assert "farsteer map worlds/building-4 --quick" in capsys.readouterr().out
     folder = tmp_path / "worlds" / "building-4"
-    assert {p.name for p in folder.iterdir()} == {
-        "world.toml",
-        "cloud.ply",
-        "picture.png",
-        "README.md",
-    }
+    assert {p.name for p in folder.iterdir()} == {"world.toml", "picture.png", "README.md"}
     world = load_world("worlds/building-4")
     assert world.name == "building-4"
     assert len(world.tour) > 4
-    assert load_scene_cloud("worlds/building-4").sha256 == load_cloud(folder / "cloud.ply").sha256
     assert f"{world.area:.0f} m²" in (folder / "README.md").read_text(encoding="utf-8")
     assert main(["world", "list"]) == 0
     listed = capsys.readouterr().out
@@ -62,24 +54,26 @@ def test_generated_building_is_a_scene_that_loads_with_its_cloud(
     shown = capsys.readouterr().out
     assert "drivable  floor" in shown
     assert "corridor_1" in shown
+    with pytest.raises(CloudError, match="run `farsteer map worlds/building-4`"):
+        load_scene_cloud("worlds/building-4")
+    assert "farsteer map worlds/building-4" in refused(
+        ["sim", "--scene", "worlds/building-4"], capsys
+    )
 
 
 @pytest.mark.slow
-def test_extruded_map_is_a_scene_that_loads(
+def test_extruded_map_is_a_scene_that_loads_with_its_cloud(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.chdir(tmp_path)
-    path = write_map(tmp_path)
-    words = ["world", "from-map", str(path), "--spawn", "1.5", "1.0", "90", "--no-cloud"]
+    words = ["world", "from-map", str(write_map(tmp_path)), "--spawn", "1.5", "1.0", "90"]
     assert main(words) == 0
-    assert "farsteer map worlds/room --quick" in capsys.readouterr().out
+    assert "farsteer serve --scene worlds/room" in capsys.readouterr().out
     world = load_world("worlds/room")
     assert world.spawn.position[:2] == pytest.approx([1.5, 1.0])
     assert world.bounds == pytest.approx((0.0, 0.0, 4.2, 3.2))
     assert scene_cloud_path("worlds/room") == Path("worlds/room/cloud.ply")
-    with pytest.raises(CloudError, match="run `farsteer map worlds/room`"):
-        load_scene_cloud("worlds/room")
-    assert "farsteer map worlds/room" in refused(["sim", "--scene", "worlds/room"], capsys)
+    assert load_scene_cloud("worlds/room").sha256 == load_cloud("worlds/room/cloud.ply").sha256
 
 
 def test_summary_says_what_the_survey_misses_and_which_cells_are_near_a_threshold(

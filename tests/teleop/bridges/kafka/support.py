@@ -16,7 +16,7 @@ from aiokafka.admin import AIOKafkaAdminClient, NewTopic
 from teleop.bridges.broker_options import BrokerOptions
 from teleop.bridges.kafka.bridge import run_bridge
 from teleop.bridges.kafka.bridge_config import BridgeConfig
-from tests.teleop.bridges.support import PATIENCE
+from tests.teleop.bridges.support import PATIENCE, Steps, robot
 
 
 @dataclass
@@ -156,3 +156,17 @@ async def sender(brokers: str, topic: str) -> AsyncIterator[Sender]:
         yield Sender(producer, topic, brokers)
     finally:
         await producer.stop()
+
+
+@asynccontextmanager
+async def reading(
+    brokers: str, topic: str, folder: Path, **options: Any
+) -> AsyncIterator[tuple[Steps, Sender, Bridge]]:
+    """Run a robot, a bridge that has begun to read, and the sender of its commands."""
+    async with (
+        robot() as steps,
+        sender(brokers, topic) as glasses,
+        bridge(brokers, steps.server.url, topic, folder, **options) as running,
+    ):
+        await running.reads()
+        yield steps, glasses, running

@@ -2,21 +2,44 @@
 
 from __future__ import annotations
 
-import asyncio
 import json
 from pathlib import Path
 from typing import Any
 
 import pytest
 
-from teleop.bridges.kafka.log_reader import CHECK_PERIOD
-from tests.teleop.bridges.kafka.support import Sender, bridge, make_wide, remake, sender, until
+from teleop.bridges.kafka import log_reader
+from teleop.bridges.kafka.partition_log import PartitionLog
+from tests.teleop.bridges.kafka.support import (
+    Sender,
+    bridge,
+    make_wide,
+    reading,
+    remake,
+    sender,
+    until,
+)
 from tests.teleop.bridges.rest.support import JSON, glasses, proxy
 from tests.teleop.bridges.support import Broker, robot
 from tests.teleop.support import in_a_loop
 
-LOOKS = 2.5 * CHECK_PERIOD
-"""Time in which the bridge looks at the end of the log at least twice [s]."""
+looks = 0
+"""How often bridges have looked at the end of their log."""
+
+
+@pytest.fixture(autouse=True)
+def _looking_often(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Let bridges look at the end of their log more often than once a second, and count it."""
+    named_end = PartitionLog.named_end
+
+    async def counted(log: PartitionLog) -> int:
+        global looks
+        end = await named_end(log)
+        looks += 1
+        return end
+
+    monkeypatch.setattr(log_reader, "CHECK_PERIOD", 0.1)
+    monkeypatch.setattr(PartitionLog, "named_end", counted)
 
 
 async def post(address: str, topic: str, *commands: dict[str, Any]) -> None:
@@ -29,9 +52,10 @@ async def post(address: str, topic: str, *commands: dict[str, Any]) -> None:
 
 
 async def exactly(glasses: Sender, *outcomes: str) -> None:
-    """Check what is answered, and that no more comes while the bridge looks at the log."""
+    """Check what is answered, and that no more comes while the bridge looks at the log twice."""
     await glasses.results(len(outcomes))
-    await asyncio.sleep(LOOKS)
+    before = looks
+    await until(lambda: looks >= before + 3)
     assert await glasses.outcomes(len(outcomes)) == list(outcomes)
 
 
@@ -39,12 +63,7 @@ async def exactly(glasses: Sender, *outcomes: str) -> None:
 async def test_five_commands_of_one_request_are_driven_once_each_without_an_age_limit(
     tansu: Broker, topic: str, tmp_path: Path
 ) -> None:
-    async with (
-        robot() as steps,
-        sender(tansu.address, topic) as glasses,
-        bridge(tansu.address, steps.server.url, topic, tmp_path) as running,
-    ):
-        await running.reads()
+    async with reading(tansu.address, topic, tmp_path) as (steps, glasses, running):
         up, left = {"movement": "up"}, {"movement": "left"}
         photo = {"action": "photo"}
         await post(tansu.address, topic, {"distance": 0.5}, {"angle": 15}, up, left, photo)
@@ -56,11 +75,11 @@ async def test_five_commands_of_one_request_are_driven_once_each_without_an_age_
         assert not [line for line in running.said if "begun again" in line]
 
 
-@pytest.mark.parametrize("size", [2, 50])
 @in_a_loop
 async def test_a_restart_between_two_requests_drives_nothing_again(
-    tansu: Broker, topic: str, tmp_path: Path, size: int
+    tansu: Broker, topic: str, tmp_path: Path
 ) -> None:
+    size = 50
     async with robot() as steps, sender(tansu.address, topic) as glasses:
         steps_of = [{"distance": (n + 1) / 100, "movement": "up"} for n in range(size)]
         for run in (1, 2):
@@ -93,16 +112,17 @@ async def test_a_request_that_was_sent_before_the_first_start_is_not_driven(
 async def test_a_log_that_was_made_again_is_followed_and_said_so(
     tansu: Broker, topic: str, tmp_path: Path
 ) -> None:
-    async with robot() as steps, sender(tansu.address, topic) as glasses:
-        async with bridge(tansu.address, steps.server.url, topic, tmp_path) as running:
-            await running.reads()
-            up = {"distance": 0.5, "movement": "up"}
-            await post(tansu.address, topic, up, up, up)
-            await exactly(glasses, "done", "done", "done")
-            await remake(tansu.address, topic)
-            await running.says(f"{topic} has begun again")
-            await post(tansu.address, topic, up, up)
-            await exactly(glasses, "done", "done", "done", "lost", "done", "done")
+    async with reading(tansu.address, topic, tmp_path) as (steps, glasses, running):
+        up = {"distance": 0.5, "movement": "up"}
+        await post(tansu.address, topic, up, up, up)
+        await exactly(glasses, "done", "done", "done")
+        await remake(tansu.address, topic)
+        await running.says(f"{topic} has begun again")
+        await post(tansu.address, topic, up, up)
+        await exactly(glasses, "done", "done", "done", "lost", "done", "done")
+        lost, first, _ = (await glasses.results(6))[3:]
+        assert "ends at" in lost["message"]
+        assert (first["log"], first["offset"]) == (1, 0)
         assert steps.begun == [0.5] * 5
 
 

@@ -7,7 +7,7 @@ import re
 import time
 from pathlib import Path
 
-from tests.teleop.bridges.kafka.support import bridge, sender, until
+from tests.teleop.bridges.kafka.support import bridge, reading, sender, until
 from tests.teleop.bridges.support import Broker, Link, robot
 from tests.teleop.support import in_a_loop
 
@@ -19,12 +19,7 @@ LIMIT = 30.0
 async def test_steps_are_driven_in_order_and_each_command_is_answered(
     tansu: Broker, topic: str, tmp_path: Path
 ) -> None:
-    async with (
-        robot() as steps,
-        bridge(tansu.address, steps.server.url, topic, tmp_path) as running,
-        sender(tansu.address, topic) as glasses,
-    ):
-        await running.reads()
+    async with reading(tansu.address, topic, tmp_path) as (steps, glasses, _):
         await glasses.send(distance="0.5")
         await glasses.send(movement="up")
         await glasses.send(distance=0.25, movement="down", action="photo")

@@ -12,7 +12,7 @@ from confluent_kafka import Producer as MockCluster
 
 from benchmarks.bridges.kafka_campaign import campaign, stand_in
 from teleop.bridges.kafka.topics import make_topics
-from tests.teleop.bridges.kafka.support import bridge, make_wide, sender, until
+from tests.teleop.bridges.kafka.support import bridge, make_wide, reading, sender, until
 from tests.teleop.bridges.support import Broker, Link, broker, robot
 from tests.teleop.support import in_a_loop
 
@@ -21,42 +21,12 @@ from tests.teleop.support import in_a_loop
 @in_a_loop
 async def test_kills_and_cuts_lose_and_repeat_nothing(tmp_path: Path) -> None:
     async with stand_in() as steps:
-        account = await campaign(tmp_path, steps.server.url, steps=60, kills=2, cuts=2)
+        account = await campaign(tmp_path, steps.server.url, steps=30, kills=1, cuts=1)
         account.check()
-        assert account.kills == 2
-        assert account.cuts == 2
+        assert (account.kills, account.cuts) == (1, 1)
         assert steps.begun == sorted(set(steps.begun)), "once each, in order"
         assert {*account.driven} <= {*steps.ended}
-        assert len(steps.begun) - len(account.driven) <= account.interrupted <= 4
-
-
-@pytest.mark.long
-@pytest.mark.process
-@in_a_loop
-async def test_a_broker_that_forgets_is_noticed_and_nothing_is_driven_twice(
-    topic: str, tmp_path: Path
-) -> None:
-    with broker(tmp_path) as forgetful:
-        async with (
-            robot() as steps,
-            bridge(forgetful.address, steps.server.url, topic, tmp_path) as running,
-        ):
-            await running.reads()
-            async with sender(forgetful.address, topic) as glasses:
-                for _ in range(3):
-                    await glasses.send(distance=0.5, movement="up")
-                assert await glasses.outcomes(3) == ["done"] * 3
-            said = len(running.said)
-            forgetful.kill()
-            await running.says("no broker", after=said)
-            forgetful.start()
-            async with sender(forgetful.address, topic) as glasses:
-                await glasses.send(distance=0.25, movement="down")
-                results = await glasses.results(2)
-                assert [r["outcome"] for r in results] == ["lost", "done"]
-                assert "ends at" in results[0]["message"]
-                assert (results[1]["log"], results[1]["offset"]) == (1, 0)
-            assert steps.begun == [0.5, 0.5, 0.5, -0.25]
+        assert len(steps.begun) - len(account.driven) <= account.interrupted <= 2
 
 
 @pytest.mark.process
@@ -93,13 +63,7 @@ async def test_librdkafkas_mock_cluster_serves_as_a_broker_too(topic: str, tmp_p
     (only,) = (await asyncio.to_thread(cluster.list_topics, timeout=30)).brokers.values()
     address = f"{only.host}:{only.port}"
     # Its topics have four partitions.
-    options = {"partition": 0}
-    async with (
-        robot() as steps,
-        bridge(address, steps.server.url, topic, tmp_path, **options) as running,
-        sender(address, topic) as glasses,
-    ):
-        await running.reads()
+    async with reading(address, topic, tmp_path, partition=0) as (steps, glasses, _):
         for movement in ("up", "down"):
             await glasses.send(distance=0.5, movement=movement)
         assert await glasses.outcomes(2) == ["done", "done"]

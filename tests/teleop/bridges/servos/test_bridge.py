@@ -104,6 +104,15 @@ async def until(true: Callable[[], object], what: object = "") -> None:
         await asyncio.sleep(0.01)
 
 
+@asynccontextmanager
+async def mirroring(board: ServoBoard, folder: Path) -> AsyncIterator[tuple[Robot, list[str]]]:
+    """Run a board, a robot and the bridge between them; yield once the board has the robot's pose."""
+    with plugged_in(board, folder / "board"):
+        async with robot() as made, bridge(made.server.url, folder / "board") as said:
+            await until(lambda: made.mirrors(STOW))
+            yield made, said
+
+
 def says(said: list[str], text: str) -> Callable[[], bool]:
     return lambda: any(text in line for line in said)
 
@@ -111,13 +120,13 @@ def says(said: list[str], text: str) -> Callable[[], bool]:
 @in_a_loop
 async def test_a_board_takes_the_pose_of_the_robot_and_its_angles_come_back(tmp_path: Path) -> None:
     board = ServoBoard(TABLE)
-    with plugged_in(board, tmp_path / "board"):
-        async with robot() as made, bridge(made.server.url, tmp_path / "board") as said:
-            await until(lambda: made.mirrors(STOW))
-            made.pose = READY
-            await until(lambda: made.mirrors(READY))
-            assert made.mirrored[-1]["layout"]["dim"][0]["label"] == "measured"
-            assert any("measured by feedback wires" in line for line in said)
+    async with mirroring(board, tmp_path) as (made, said):
+        made.period = 0.001  # a flood neither delays nor garbles the newest pose
+        made.pose = READY
+        await until(lambda: made.mirrors(READY))
+        assert made.mirrored[-1]["layout"]["dim"][0]["label"] == "measured"
+        assert any("measured by feedback wires" in line for line in said)
+        assert not any("refused" in line for line in said), said
     assert np.degrees(board.angles) == pytest.approx(READY[:5], abs=2.0)
 
 
@@ -125,10 +134,8 @@ async def test_a_board_takes_the_pose_of_the_robot_and_its_angles_come_back(tmp_
 async def test_angles_of_a_board_without_feedback_wires_are_marked_as_written(
     tmp_path: Path,
 ) -> None:
-    with plugged_in(ServoBoard(TABLE, feedback=False), tmp_path / "board"):
-        async with robot() as made, bridge(made.server.url, tmp_path / "board"):
-            await until(lambda: made.mirrors(STOW))
-            assert made.mirrored[-1]["layout"]["dim"][0]["label"] == "written"
+    async with mirroring(ServoBoard(TABLE, feedback=False), tmp_path) as (made, _):
+        assert made.mirrored[-1]["layout"]["dim"][0]["label"] == "written"
 
 
 @in_a_loop
@@ -154,26 +161,12 @@ async def test_a_board_that_is_unplugged_in_mid_line_is_found_again(tmp_path: Pa
 @in_a_loop
 async def test_a_board_that_is_reset_goes_on_by_itself(tmp_path: Path) -> None:
     board = ServoBoard(TABLE)
-    with plugged_in(board, tmp_path / "board"):
-        async with robot() as made, bridge(made.server.url, tmp_path / "board") as said:
-            await until(lambda: made.mirrors(STOW))
-            said.clear()
-            board.reset()
-            made.pose = READY
-            await until(lambda: made.mirrors(READY))
-            await until(says(said, "the board has started"), said)
-
-
-@in_a_loop
-async def test_a_flood_of_poses_neither_delays_nor_garbles_the_newest_one(tmp_path: Path) -> None:
-    board = ServoBoard(TABLE)
-    with plugged_in(board, tmp_path / "board"):
-        async with robot() as made, bridge(made.server.url, tmp_path / "board") as said:
-            made.period = 0.001
-            await until(lambda: made.mirrors(STOW))
-            made.pose = READY
-            await until(lambda: made.mirrors(READY))
-            assert not any("refused" in line for line in said), said
+    async with mirroring(board, tmp_path) as (made, said):
+        said.clear()
+        board.reset()
+        made.pose = READY
+        await until(lambda: made.mirrors(READY))
+        await until(says(said, "the board has started"), said)
 
 
 @in_a_loop

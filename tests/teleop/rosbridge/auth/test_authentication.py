@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import asyncio
 import datetime
-import http.client
 import ipaddress
 import json
 import logging
@@ -35,6 +34,7 @@ from teleop.rosbridge import (
 from teleop.rosbridge.errors import ClientError, ServerError, ServiceCallError
 from teleop.rosbridge.limits import ClientLimits
 from tests.teleop.rosbridge.auth.test_permissions import TOKENS, credentials
+from tests.teleop.rosbridge.server.test_http_pages import fetch
 from tests.teleop.rosbridge.server.test_server import in_a_loop, until
 from tests.teleop.rosbridge.support import REGISTRY, client_ids
 
@@ -98,25 +98,16 @@ async def test_wrong_tokens_are_rejected_in_the_handshake() -> None:
 
 
 @in_a_loop
-async def test_wrong_token_in_an_operation_closes_with_1008() -> None:
-    async with guarded() as server, connect(server.url, proxy=None) as stranger:
-        await stranger.send(json.dumps({"op": "auth", "token": GUESS}))
-        with pytest.raises(ConnectionClosed):
-            await stranger.recv()
-        assert (stranger.close_code, stranger.close_reason) == (1008, "auth: rejected")
-
-
-@in_a_loop
 async def test_clients_without_auth_are_disconnected_after_the_timeout() -> None:
     async with (
-        guarded(keepalive=Keepalive(auth_timeout=0.2)) as server,
+        guarded(keepalive=Keepalive(auth_timeout=1.0)) as server,
         connect(server.url, proxy=None) as silent,
         connect(server.url, proxy=None) as known,
     ):
         await known.send(json.dumps({"op": "auth", "token": VIEW}))
         with pytest.raises(ConnectionClosed):
             await silent.recv()
-        assert (silent.close_code, silent.close_reason) == (1008, "no auth within 0.2 s")
+        assert (silent.close_code, silent.close_reason) == (1008, "no auth within 1 s")
         assert "may not publish" in await role(known)
 
 
@@ -134,36 +125,27 @@ async def test_unauthenticated_clients_cannot_block_those_with_tokens() -> None:
 
 
 @in_a_loop
-async def test_anonymous_viewers_need_a_token_for_more() -> None:
-    async with (
-        guarded(anonymous=Role.VIEW) as server,
-        connect(server.url, proxy=None) as anybody,
-    ):
-        assert "role view may not publish" in await role(anybody)
-
-
-@in_a_loop
-async def test_files_require_a_token_and_health_does_not() -> None:
-    def status(port: int, path: str, token: str = "") -> int:
-        connection = http.client.HTTPConnection("127.0.0.1", port, timeout=20)
-        headers = {"Authorization": f"Bearer {token}"} if token else {}
-        connection.request("GET", path, headers=headers)
-        answer = connection.getresponse()
-        assert (answer.status == 401) == (answer.headers["WWW-Authenticate"] == "Bearer")
-        connection.close()
-        return answer.status
-
+async def test_files_require_a_token_and_health_and_public_ones_do_not() -> None:
     async with guarded() as server:
+        server.pages.add_file("/", b"a page", public=True)
         for path, token, expected in (
             ("/healthz", "", 200),
             ("/version", "", 200),
+            ("/", "", 200),
+            ("/?x=1", "", 200),
             ("/map.ply", "", 401),
             ("/nothing", "", 401),
             ("/map.ply", GUESS, 401),
             ("/healthz", GUESS, 401),
+            ("/", GUESS, 401),
             ("/map.ply", VIEW, 200),
         ):
-            assert await asyncio.to_thread(status, server.port, path, token) == expected
+            given = {"authorization": f"Bearer {token}"} if token else {}
+            status, headers, _ = await fetch(server, path, **given)
+            assert (status, headers.get("www-authenticate") == "Bearer") == (
+                expected,
+                expected == 401,
+            ), (path, token)
 
 
 @in_a_loop
@@ -305,27 +287,3 @@ def test_certificate_errors_are_one_line(tmp_path: Path) -> None:
 def test_invalid_origins_are_rejected(origin: str) -> None:
     with pytest.raises(ServerError, match=r"is not a valid origin such as https://lab\.example"):
         Server(Protocol(REGISTRY), origins=(origin,))
-
-
-@in_a_loop
-async def test_public_files_need_no_token_and_others_do() -> None:
-    def status(server: Server, path: str, token: str = "") -> int:
-        connection = http.client.HTTPConnection("127.0.0.1", server.port, timeout=10)
-        connection.request(
-            "GET", path, headers={"Authorization": f"Bearer {token}"} if token else {}
-        )
-        found = connection.getresponse().status
-        connection.close()
-        return found
-
-    async with guarded() as server:
-        server.pages.add_file("/", b"a page", public=True)
-        for path, token, wanted in (
-            ("/", "", 200),
-            ("/?x=1", "", 200),
-            ("/", GUESS, 401),
-            ("/map.ply", "", 401),
-            ("/map.ply", VIEW, 200),
-            ("/nothing", "", 401),
-        ):
-            assert await asyncio.to_thread(status, server, path, token) == wanted, path

@@ -42,14 +42,10 @@ def test_tokens_are_found_by_plain_text_or_digest(tmp_path: Path) -> None:
     assert ring.anonymous is None
     assert TOKEN not in repr(ring)
     assert other not in repr(ring)
-
-
-def test_secret_is_not_a_token(tmp_path: Path) -> None:
-    text = f'[tokens.lab]\nrole = "view"\nsecret = "{TOKEN}"'
-    ring = read_credentials(written(tmp_path, text))
-    assert ring.find(TOKEN) is None
-    assert ring.find("") is None
-    assert TOKEN not in repr(ring)
+    secret = f'[tokens.lab]\nrole = "view"\nsecret = "{TOKEN}"'
+    signing = read_credentials(written(tmp_path, secret))
+    assert (signing.find(TOKEN), signing.find("")) == (None, None), "a secret is no token"
+    assert TOKEN not in repr(signing)
 
 
 def test_file_can_change_the_rules_of_roles(tmp_path: Path) -> None:

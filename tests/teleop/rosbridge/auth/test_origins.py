@@ -1,5 +1,7 @@
 from __future__ import annotations
 
+import socket
+
 import pytest
 
 from teleop.rosbridge.auth.origins import Origins
@@ -47,3 +49,30 @@ def test_file_origins_are_allowed_only_if_listed() -> None:
     assert origins.allow("file://", "127.0.0.1:9090")
     assert not origins.allow("null", "127.0.0.1:9090")
     assert not origins.allow("https://evil.example", "127.0.0.1:9090")
+
+
+LOOPBACK, NETWORK = (Origins.of(host, ["https://lab.example"]) for host in ("127.0.0.1", "0.0.0.0"))
+
+
+@pytest.mark.parametrize(
+    ("host", "allowed", "named"),
+    [  # where only this machine listens, and where the network does
+        ("lab.example", (True, True), (True, True)),
+        ("localhost:9090", (True, True), (True, True)),
+        ("127.0.0.2:80", (True, True), (True, True)),
+        ("[::1]:9090", (True, True), (True, True)),
+        ("", (True, True), (True, True)),
+        ("192.168.1.7:8080", (False, True), (False, True)),
+        (f"{socket.gethostname()}:8080", (False, True), (False, True)),
+        ("evil.example", (False, True), (False, False)),
+        ("evil.example:9090", (False, True), (False, False)),
+        ("[::", (False, True), (False, False)),
+        ("127.0.0.1.evil.example", (False, True), (False, False)),
+    ],
+)
+def test_hosts_that_others_could_own_do_not_name_this_machine(
+    host: str, allowed: tuple[bool, bool], named: tuple[bool, bool]
+) -> None:
+    assert (LOOPBACK.allow_host(host), NETWORK.allow_host(host)) == allowed
+    assert (LOOPBACK.names_this_machine(host), NETWORK.names_this_machine(host)) == named
+    assert Origins.of("robot.lan", []).names_this_machine("robot.lan:8080")

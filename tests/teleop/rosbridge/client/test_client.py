@@ -18,7 +18,7 @@ from teleop.rosbridge.messages.message_types import Message
 from teleop.rosbridge.protocol.protocol import Protocol
 from teleop.rosbridge.server.server import Server
 from tests.teleop.rosbridge.server.test_server import in_a_loop, serving, until
-from tests.teleop.rosbridge.support import REGISTRY, ConnectionLog
+from tests.teleop.rosbridge.support import REGISTRY, ConnectionLog, received_on
 
 
 def listening(url: str, **options: Any) -> Client:
@@ -74,10 +74,7 @@ async def test_bytes_arrive_as_bytes_in_both_encodings() -> None:
 @in_a_loop
 async def test_published_messages_reach_the_host() -> None:
     async with serving() as server, listening(server.url) as client:
-        received: list[Message] = []
-        server.protocol.topics.subscribe(
-            "/joy", "sensor_msgs/Joy", lambda client, message, now: received.append(message)
-        )
+        received = received_on(server.protocol, "/joy", "sensor_msgs/Joy")
         await client.advertise("/joy", "sensor_msgs/Joy")
         assert await client.publish("/joy", {"axes": np.array([0.5, -1.0]), "buttons": [1]})
         await until(lambda: bool(received))
@@ -212,7 +209,7 @@ async def test_client_without_reconnect_stays_disconnected() -> None:
 @in_a_loop
 async def test_unresponsive_server_is_detected_by_pings() -> None:
     async with serving(lockstep=True) as server:
-        client = listening(server.url, keepalive=0.05, timeout=0.2, reconnect=False)
+        client = listening(server.url, keepalive=0.05, timeout=1.0, reconnect=False)
         await client.connect()
         for link in server._writers.values():
             link.socket.transport.pause_reading()

@@ -276,20 +276,6 @@ def test_clients_without_a_token_share_the_work_for_them(monkeypatch: pytest.Mon
     assert len(looked_up) <= 6100
 
 
-def test_frames_are_searched_once_until_one_changes() -> None:
-    tree = TransformTree()
-    tree.add(message(("map", "base", Transform()), ("base", "camera", Transform())))
-    first = tree.find("map", "camera")
-    assert tree.find("map", "camera") is first
-    assert tree.find("base", "nothing") is None
-    tree.add(message(("map", "base", Transform((1.0, 0.0, 0.0)))))
-    moved = tree.find("map", "camera")
-    assert moved is not None
-    assert moved.translation == (1.0, 0.0, 0.0)
-    tree.clear()
-    assert tree.find("map", "camera") is None
-
-
 def cancel(**identity: Any) -> Any:
     return {"op": "publish", "topic": "/test/cancel", "msg": identity}
 
@@ -335,6 +321,8 @@ def results(received: list[Any]) -> list[tuple[str, int, int]]:
 def test_goal_status_is_published_for_a_while_after_its_end(server: tuple[Wire, list[Any]]) -> None:
     wire, goals = server
     wire.send(goal("g"))
+    wire.send(goal("g"))  # the same again is ignored
+    assert len(goals) == 1
     assert statuses(wire.received()) == {"g": 1}
     goals[0].feedback({"feedback": 5})
     goals[0].succeed({"result": 13})
@@ -348,16 +336,6 @@ def test_goal_status_is_published_for_a_while_after_its_end(server: tuple[Wire, 
         wire.wait(200)
     assert wire.received()[-1]["msg"]["status_list"] == []
     assert wire.protocol.timers.due is None
-
-
-def test_duplicate_goals_are_ignored(server: tuple[Wire, list[Any]]) -> None:
-    wire, goals = server
-    wire.send(goal("g"))
-    wire.send(goal("g"))
-    assert len(goals) == 1
-    wire.send(goal(""))
-    wire.send(goal(""))
-    assert len(goals) == 3
 
 
 def test_goals_are_cancelled_by_id_or_all_of_one_client(server: tuple[Wire, list[Any]]) -> None:
@@ -381,6 +359,6 @@ def test_goals_are_cancelled_by_id_or_all_of_one_client(server: tuple[Wire, list
 def test_number_of_goals_is_limited(server: tuple[Wire, list[Any]]) -> None:
     wire, goals = server
     for i in range(65):
-        wire.send(goal(f"g{i}"))
+        wire.send(goal(f"g{i}" if i % 2 else ""))  # without an id each is another
     assert len(goals) == 64
     assert wire.received()[-1]["msg"] == "publish: /test accepts at most 64 goals at a time"

@@ -26,7 +26,7 @@ from tests.teleop.rosbridge.foreign_clients.test_javascript_clients import (
     installed,
     node,
 )
-from tests.teleop.rosbridge.support import REGISTRY
+from tests.teleop.rosbridge.support import REGISTRY, received_on
 
 pytestmark = pytest.mark.process
 
@@ -97,19 +97,16 @@ async def browsing(url: str, profile: Path) -> AsyncIterator[None]:
 def visit(site: tuple[int, SimpleQueue[Any]], host: str, folder: Path) -> tuple[Any, list[Message]]:
     """Return the results of a page of a host that connects to a server, and what it published."""
     port, said = site
-    wishes: list[Message] = []
+    protocol = Protocol(REGISTRY, limits=ClientLimits())
+    serve_standard(protocol)
+    wishes = received_on(protocol, "/joy", "sensor_msgs/Joy")
 
     async def run() -> Any:
-        protocol = Protocol(REGISTRY, limits=ClientLimits())
-        serve_standard(protocol)
         async with Server(protocol, port=0) as server:
             server.protocol.topics.advertise("/cloud", "sensor_msgs/PointCloud2", latch=True)
             server.protocol.topics.publish("/cloud", {"data": CLOUD}, server.now)
             server.protocol.topics.advertise("/text", "std_msgs/String", latch=True)
             server.protocol.topics.publish("/text", {"data": TEXT}, server.now)
-            server.protocol.topics.subscribe(
-                "/joy", "sensor_msgs/Joy", lambda _, wish, __: wishes.append(wish)
-            )
             server.pages.add_file("/map.ply", MAP)
             page = f"http://{host}:{port}/index.html?url=ws://127.0.0.1:{server.port}"
             async with browsing(page, folder / host), asyncio.timeout(PATIENCE):

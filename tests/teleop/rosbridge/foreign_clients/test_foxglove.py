@@ -33,8 +33,8 @@ from tests.teleop.rosbridge.foreign_clients.test_javascript_clients import (
     installed,
     node,
 )
-from tests.teleop.rosbridge.server.test_server import in_a_loop
-from tests.teleop.rosbridge.support import REGISTRY
+from tests.teleop.rosbridge.support import REGISTRY, received_on
+from tests.teleop.support import in_a_loop
 
 pytestmark = pytest.mark.process
 
@@ -123,7 +123,6 @@ async def test_foxglove_reads_messages_of_every_type(ros_version: RosVersion, fo
     serve_standard(protocol)
     kinds = [REGISTRY[name] for name in REGISTRY]
     sent = {kind.name: complete(REGISTRY, kind, filled(kind, itertools.count())) for kind in kinds}
-    wishes: list[Message] = []
     async with Server(protocol, port=0) as server:
         for kind in kinds:
             server.protocol.topics.advertise(f"/all/{kind.name}", kind.name, latch=True)
@@ -131,16 +130,19 @@ async def test_foxglove_reads_messages_of_every_type(ros_version: RosVersion, fo
         server.protocol.services.serve(
             "/switch", "std_srvs/SetBool", lambda *_: {"success": True, "message": "on"}
         )
-        server.protocol.topics.subscribe(
-            "/cmd_vel", "geometry_msgs/Twist", lambda _, wish, __: wishes.append(wish)
-        )
+        wishes = received_on(protocol, "/cmd_vel", "geometry_msgs/Twist")
         script = shutil.copy(JAVASCRIPT / "foxglove_checks.cjs", folder)
         process = await asyncio.create_subprocess_exec(
             *("node", script, server.url, "/switch", "/cmd_vel"),
             stdout=asyncio.subprocess.PIPE,
             stderr=asyncio.subprocess.PIPE,
         )
-        out, complaints = await process.communicate()
+        try:
+            out, complaints = await process.communicate()
+        finally:
+            if process.returncode is None:
+                process.kill()
+                await process.wait()
     assert process.returncode == 0, complaints.decode()
     said = json.loads(out)
     assert said["version"] == (1 if ros_version == "ros1" else 2)

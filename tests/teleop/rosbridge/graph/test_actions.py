@@ -107,14 +107,6 @@ def test_cancelled_goal_has_a_result_with_status_5(wire: Wire) -> None:
     assert wire.received(ASKER) == [result({"sequence": []}, 5, True)]
 
 
-def test_only_the_sender_can_cancel_and_only_the_provider_can_end_a_goal(wire: Wire) -> None:
-    wire.send(goal(), ASKER)
-    wire.received(PROVIDER)
-    wire.send({"op": "cancel_action_goal", "action": NAME, "id": "g"}, OTHER)
-    wire.send(said("action_result", values={}, result=True), OTHER)
-    assert wire.received(PROVIDER) == wire.received(ASKER) == []
-
-
 @pytest.mark.parametrize(
     ("more", "text"),
     [
@@ -139,29 +131,6 @@ def test_invalid_result_aborts_the_goal_and_is_reported_to_the_provider(wire: Wi
     assert wire.ask(said("action_result", values={"x": 1}), PROVIDER)[0]["level"] == "error"
     (received,) = wire.received(ASKER)
     assert (received["status"], received["result"]) == (6, False)
-
-
-def test_goals_abort_when_the_provider_disconnects(wire: Wire) -> None:
-    wire.send(goal(), ASKER)
-    wire.protocol.disconnect(wire.clients[PROVIDER], wire.now)
-    assert wire.received(ASKER) == [result("Action /fib: its provider has left", 6, False)]
-    assert wire.protocol.actions.all == []
-
-
-def test_goals_are_cancelled_when_the_sender_disconnects(wire: Wire) -> None:
-    wire.send(goal(), ASKER)
-    wire.received(PROVIDER)
-    wire.protocol.disconnect(wire.clients[ASKER], wire.now)
-    assert wire.received(PROVIDER) == [said("cancel_action_goal")]
-    assert wire.ask(said("action_result", values={}, status=5), PROVIDER) == []
-
-
-def test_actions_have_one_provider(wire: Wire) -> None:
-    received = wire.ask(provide(), OTHER)
-    assert received == [error("advertise_action: action /fib is provided by another client")]
-    wire.send({"op": "unadvertise_action", "action": NAME}, OTHER)
-    wire.send({"op": "unadvertise_action", "action": NAME}, PROVIDER)
-    assert wire.ask(provide(), OTHER) == []
 
 
 def test_actions_and_goals_are_limited() -> None:

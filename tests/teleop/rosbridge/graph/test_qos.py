@@ -27,7 +27,13 @@ def test_transient_message_is_kept_unless_the_subscriber_is_volatile() -> None:
 
 @pytest.mark.parametrize(
     ("qos", "depth"),
-    [({}, 4), ({"depth": 2}, 2), ({"depth": 2, "history": "keep_all"}, 0), (None, 4)],
+    [
+        ({}, 4),
+        ({"depth": 2}, 2),
+        ({"reliability": "best_effort", "history": "keep_last", "depth": 10}, 10),
+        ({"depth": 2, "history": "keep_all"}, 0),
+        (None, 4),
+    ],
 )
 def test_qos_depth_is_the_queue_length(qos: object, depth: int) -> None:
     wire = Wire()

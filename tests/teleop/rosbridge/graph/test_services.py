@@ -62,23 +62,6 @@ def test_call_is_forwarded_with_all_arguments_and_its_response_returned(
     assert wire.received(PROVIDER) == wire.received(OTHER) == []
 
 
-def test_client_may_call_its_own_service(wire: Wire) -> None:
-    (request,) = wire.ask(call(args=[1, 2]), PROVIDER)
-    assert request["args"] == {"a": 1, "b": 2}
-    received = wire.ask(response(values={"sum": 3}, result=True), PROVIDER)
-    assert received == [answer({"sum": 3}, True)]
-
-
-def test_calls_may_be_answered_in_any_order(wire: Wire) -> None:
-    for identity in (1, 2):
-        wire.send(call(id=identity), ASKER)
-    ids = [received["id"] for received in wire.received(PROVIDER)]
-    assert ids == ["service_request:/add:1", "service_request:/add:2"]
-    for number in (2, 1):
-        wire.send(response(number, values={"sum": number}, result=True), PROVIDER)
-    assert [(h["id"], h["values"]["sum"]) for h in wire.received(ASKER)] == [(2, 2), (1, 1)]
-
-
 def test_names_are_spelled_as_each_side_does() -> None:
     wire = Wire(clients=2)
     wire.send(provide(service="add"), PROVIDER)
@@ -137,51 +120,6 @@ def test_bad_arguments_never_reach_the_provider(wire: Wire, args: object) -> Non
     assert wire.received(PROVIDER) == []
 
 
-def test_calls_fail_when_the_provider_disconnects(wire: Wire) -> None:
-    wire.send(call(), ASKER)
-    wire.protocol.disconnect(wire.clients[PROVIDER], wire.now)
-    assert wire.received(ASKER) == [answer("Service /add: its provider has left", False)]
-    assert wire.protocol.services.all == []
-    assert wire.ask(call(), ASKER) == [answer("Service /add does not exist", False)]
-    assert wire.protocol.timers.due is None
-
-
-def test_withdrawn_service_fails_its_calls_and_late_responses_are_ignored(
-    wire: Wire,
-) -> None:
-    wire.send(call(), ASKER)
-    wire.send({"op": "unadvertise_service", "service": "/add"}, PROVIDER)
-    assert wire.received(ASKER) == [answer("Service /add: its provider has left", False)]
-    wire.send(provide(), PROVIDER)
-    wire.send(call(), ASKER)
-    assert [h["id"] for h in wire.received(PROVIDER)][-1] == "service_request:/add:2"
-    wire.send(response(1, values={"sum": 1}, result=True), PROVIDER)
-    assert wire.received(ASKER) == []
-
-
-def test_withdrawing_an_unknown_service_is_not_an_error(wire: Wire) -> None:
-    assert wire.ask({"op": "unadvertise_service", "service": "/add"}, OTHER) == []
-    assert [service.name for service in wire.protocol.services.all] == ["/add"]
-
-
-def test_responses_to_disconnected_callers_are_dropped(wire: Wire) -> None:
-    wire.send(call(), ASKER)
-    wire.protocol.disconnect(wire.clients[ASKER], wire.now)
-    assert wire.protocol.timers.due is None
-    wire.received(PROVIDER)
-    assert wire.ask(response(values={"sum": 1}, result=True), PROVIDER) == []
-
-
-def test_latest_provider_is_called_and_earlier_one_takes_over(wire: Wire) -> None:
-    wire.send(provide(), OTHER)
-    wire.send(call(), ASKER)
-    assert [h["id"] for h in wire.received(OTHER)] == ["service_request:/add:1"]
-    wire.protocol.disconnect(wire.clients[OTHER], wire.now)
-    wire.received(ASKER)
-    wire.send(call(), ASKER)
-    assert [h["id"] for h in wire.received(PROVIDER)] == ["service_request:/add:1"]
-
-
 def test_services_have_one_type_and_the_hosts_cannot_be_replaced(wire: Wire) -> None:
     (status,) = wire.ask(provide("std_srvs/Empty"), OTHER)
     assert "already exists with type rospy_tutorials/srv/AddTwoInts" in status["msg"]
@@ -201,31 +139,9 @@ def test_only_the_provider_can_respond(wire: Wire) -> None:
 # Timeouts
 
 
-def test_calls_time_out_after_five_seconds(wire: Wire) -> None:
-    wire.send(call(), ASKER)
-    wire.wait(4999)
-    assert wire.received(ASKER) == []
-    wire.wait(1)
-    text = "Timeout exceeded while waiting for service response: 5 s"
-    assert wire.received(ASKER) == [answer(text, False)]
-    wire.received(PROVIDER)
-    assert wire.ask(response(values={"sum": 1}, result=True), PROVIDER) == []
-    assert wire.received(ASKER) == []
-
-
-@pytest.mark.parametrize(("timeout", "last"), [(0.5, 500), (2, 2000), (60.0, 60_000)])
-def test_caller_can_set_the_timeout(wire: Wire, timeout: float, last: int) -> None:
-    wire.send(call(timeout=timeout), ASKER)
-    wire.wait(last - 1)
-    assert wire.received(ASKER) == []
-    wire.wait(1)
-    assert wire.received(ASKER)[0]["result"] is False
-
-
 @pytest.mark.parametrize("timeout", [0, -1, -1e300])
 def test_caller_can_disable_the_timeout(wire: Wire, timeout: float) -> None:
     wire.send(call(timeout=timeout), ASKER)
-    assert wire.protocol.timers.due is None
     wire.wait(1e9)
     wire.send(response(values={"sum": 1}, result=True), PROVIDER)
     assert wire.received(ASKER) == [answer({"sum": 1}, True)]
@@ -238,13 +154,6 @@ def test_invalid_timeout_fails_the_call(wire: Wire, timeout: object) -> None:
         False,
         "timeout must be a number of seconds",
     )
-
-
-def test_response_in_time_leaves_no_timer(wire: Wire) -> None:
-    wire.send(call(), ASKER)
-    assert wire.protocol.timers.due == wire.now + 5_000_000_000
-    wire.send(response(values={}, result=True), PROVIDER)
-    assert wire.protocol.timers.due is None
 
 
 # Limits

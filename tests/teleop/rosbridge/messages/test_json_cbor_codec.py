@@ -6,7 +6,6 @@ import json
 import math
 from typing import Any
 
-import cbor2
 import numpy as np
 import pytest
 from hypothesis import given, settings, strategies as st
@@ -104,26 +103,25 @@ def test_bytes_are_base64_in_json_and_a_byte_string_in_cbor(blob: Any) -> None:
 
 
 @pytest.mark.parametrize(
-    ("kind", "tag"),
+    ("kind", "values", "encoded"),
     [
-        ("UInt16", 69),
-        ("UInt32", 70),
-        ("UInt64", 71),
-        ("Int8", 72),
-        ("Int16", 77),
-        ("Int32", 78),
-        ("Int64", 79),
-        ("Float32", 85),
-        ("Float64", 86),
+        ("UInt16", [1, 2], "d8454401000200"),
+        ("UInt32", [1], "d8464401000000"),
+        ("UInt64", [1], "d847480100000000000000"),
+        ("Int8", [-1, 1], "d84842ff01"),
+        ("Int16", [-2], "d84d42feff"),
+        ("Int32", [-2], "d84e44feffffff"),
+        ("Int64", [-2], "d84f48feffffffffffffff"),
+        ("Float32", [1.5], "d855440000c03f"),
+        ("Float64", [1.5], "d85648000000000000f83f"),
+        ("UInt8", [1, 255], "4201ff"),
     ],
 )
-def test_arrays_of_numbers_are_typed_arrays_in_cbor(kind: str, tag: int) -> None:
-    message = CODEC.cbor(FORMS[f"std_msgs/{kind}MultiArray"], {"data": [1, 2]})
-    data = cbor2.loads(write_cbor(message))["data"]
-    assert data.tag == tag
-    code = {"U": "u", "I": "i", "F": "f"}[kind[0]]
-    width = int("".join(filter(str.isdigit, kind))) // 8
-    assert data.value == np.array([1, 2], f"<{code}{width}").tobytes()
+def test_arrays_of_numbers_are_the_typed_arrays_of_cbor_byte_for_byte(
+    kind: str, values: list[float], encoded: str
+) -> None:
+    message = CODEC.cbor(FORMS[f"std_msgs/{kind}MultiArray"], {"data": values})
+    assert bytes.fromhex("64" + b"data".hex() + encoded) in write_cbor(message)
 
 
 def test_fixed_arrays_are_typed_arrays_in_cbor() -> None:
@@ -186,6 +184,7 @@ def test_truncated_cbor_is_rejected(value: Any, data: st.DataObject) -> None:
     "data",
     [
         *(bytes([head]) for head in (0x1C, 0x1D, 0x1E, 0x3C, 0x5C, 0x7C, 0x9C, 0xBC)),  # reserved
+        b"\x81" * 100_000,  # nested deeply
         b"\xff",  # break outside of an indefinite item
         b"\x62\xff\xfe",  # text that is not UTF-8
         b"\xa1\x01",  # key without value
@@ -201,11 +200,6 @@ def test_invalid_cbor_is_rejected(data: bytes) -> None:
 def test_arbitrary_bytes_raise_no_other_exception_than_frame_error(data: bytes) -> None:
     with contextlib.suppress(FrameError):
         read_cbor(data)
-
-
-def test_deeply_nested_cbor_is_rejected() -> None:
-    with pytest.raises(FrameError):
-        read_cbor(b"\x81" * 100_000)
 
 
 @pytest.mark.parametrize("step", [1, -1, 3])

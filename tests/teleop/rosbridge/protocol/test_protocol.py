@@ -38,15 +38,6 @@ def test_messages_reach_all_subscribers_including_the_publisher() -> None:
     assert wire.received(2) == []
 
 
-def test_clients_receive_each_message_once() -> None:
-    wire = Wire()
-    wire.send(subscribe(id="a"))
-    wire.send(subscribe(id="b"))
-    for data in "123":
-        wire.send(publish(data))
-    assert wire.received() == [publish(data) for data in "123"]
-
-
 def test_topics_are_spelled_as_each_client_does() -> None:
     wire = Wire(clients=2)
     wire.send(subscribe("chatter"), 0)
@@ -69,15 +60,11 @@ def test_partial_messages_arrive_with_all_fields() -> None:
     wire = Wire()
     wire.send(subscribe("/t", "geometry_msgs/Twist"))
     wire.send({"op": "publish", "topic": "/t", "msg": {"linear": {"x": 1}}})
+    wire.send({"op": "publish", "topic": "/t"})
     zero = {"x": 0.0, "y": 0.0, "z": 0.0}
-    assert wire.received()[0]["msg"] == {"linear": {**zero, "x": 1.0}, "angular": zero}
-
-
-def test_publish_without_message_sends_defaults() -> None:
-    wire = Wire()
-    wire.send(subscribe())
-    wire.send({"op": "publish", "topic": "/chatter"})
-    assert wire.received() == [publish("")]
+    partial, absent = (message["msg"] for message in wire.received())
+    assert partial == {"linear": {**zero, "x": 1.0}, "angular": zero}
+    assert absent == {"linear": zero, "angular": zero}
 
 
 def test_unsubscribing_one_id_keeps_the_others() -> None:
@@ -91,16 +78,6 @@ def test_unsubscribing_one_id_keeps_the_others() -> None:
     wire.send({"op": "advertise", **CHATTER})
     wire.send(publish("2"))
     assert wire.received() == [publish("1")]
-
-
-def test_unsubscribing_without_id_removes_all() -> None:
-    wire = Wire()
-    wire.send(subscribe(id="a"))
-    wire.send(subscribe(id=7))
-    wire.send({"op": "advertise", **CHATTER})
-    wire.send({"op": "unsubscribe", "topic": "/chatter"})
-    wire.send(publish("1"))
-    assert wire.received() == []
 
 
 @pytest.mark.parametrize("op", ["unsubscribe", "unadvertise"])
@@ -150,19 +127,6 @@ def test_number_of_unused_topics_is_limited() -> None:
     assert wire.protocol.topics.all[-1].name == "/t999"
 
 
-def test_disconnecting_removes_everything_of_a_client() -> None:
-    wire = Wire(clients=2)
-    wire.send(subscribe(), 0)
-    wire.send({"op": "advertise", **CHATTER, "latch": True}, 0)
-    wire.send(publish("1"), 0)
-    wire.protocol.disconnect(wire.clients[0], wire.now)
-    wire.wait(1000)
-    assert wire.protocol.topics.all == []
-    wire.send(publish("2"), 0)
-    wire.send(subscribe(), 1)
-    assert wire.received(1) == []
-
-
 def test_latched_messages_reach_later_subscribers() -> None:
     wire = Wire(clients=2)
     wire.send({"op": "advertise", **CHATTER, "latch": True}, 0)
@@ -171,20 +135,6 @@ def test_latched_messages_reach_later_subscribers() -> None:
     wire.send(subscribe(id="a"), 1)
     wire.send(subscribe(id="b"), 1)
     assert wire.received(1) == [publish("new")]
-
-
-def test_subscribing_to_a_known_topic_needs_no_type() -> None:
-    wire = Wire()
-    wire.send({"op": "advertise", **CHATTER})
-    wire.send({"op": "subscribe", "topic": "/chatter"})
-    wire.send(publish("x"))
-    assert wire.received() == [publish("x")]
-
-
-def test_type_spellings_of_ros_1_and_2_are_equivalent() -> None:
-    wire = Wire()
-    for kind in ("sensor_msgs/Joy", "sensor_msgs/msg/Joy", "sensor_msgs/joy"):
-        assert wire.ask(subscribe("/joy", kind, id=kind)) == []
 
 
 # Throttling
@@ -228,15 +178,20 @@ def test_shortest_throttle_time_of_several_subscriptions_is_used() -> None:
     assert wire.received() == [publish("3")]
 
 
+def test_message_that_is_held_back_comes_sooner_for_a_subscription_that_waits_less() -> None:
+    wire = Wire()
+    wire.send(subscribe(throttle_rate=1000, id="slow"))
+    for data in "12":
+        wire.send(publish(data))
+    assert wire.received() == [publish("1")]
+    wire.send(subscribe(throttle_rate=100, id="fast"))
+    wire.wait(100)
+    assert wire.received() == [publish("2")]
+
+
 @pytest.mark.parametrize("rate", [100, 100.0, None, 0, -5, 1e300])
 def test_throttle_rate_may_be_any_number_or_null(rate: object) -> None:
     assert Wire().ask(subscribe(throttle_rate=rate, queue_length=rate)) == []
-
-
-@pytest.mark.parametrize("rate", ["100", True, [100], {}])
-def test_invalid_throttle_rates_are_rejected(rate: object) -> None:
-    (status,) = Wire().ask(subscribe(throttle_rate=rate))
-    assert status == error("subscribe: throttle_rate must be a number")
 
 
 def test_encoding_options_belong_to_the_subscription() -> None:
@@ -281,16 +236,6 @@ def test_unknown_compressions_are_json(compression: object) -> None:
     assert [output.binary for output in wire.outputs()] == [False]
 
 
-def test_messages_are_encoded_once_for_equal_subscriptions() -> None:
-    wire = Wire(clients=4)
-    for client, compression in enumerate(("none", "none", "cbor", "cbor")):
-        wire.send(subscribe(compression=compression), client)
-    wire.send(publish("x"))
-    payloads = [wire.outputs(client)[0].payload for client in range(4)]
-    assert payloads[0] is payloads[1]
-    assert payloads[2] is payloads[3]
-
-
 # Topics of the host
 
 
@@ -309,14 +254,6 @@ def test_host_messages_are_built_only_with_subscribers() -> None:
     wire.protocol.topics.publish("/odom", build, wire.now)
     assert (built, wire.protocol.topics.wanted("/odom")) == ([1], True)
     assert wire.received() == [publish("x", "/odom")]
-
-
-def test_latched_host_messages_reach_later_subscribers() -> None:
-    wire = Wire()
-    wire.protocol.topics.advertise("/map_info", "farsteer_msgs/MapInfo", latch=True)
-    wire.protocol.topics.publish("/map_info", {"name": "hall"}, wire.now)
-    (received,) = wire.ask(subscribe("/map_info", "farsteer_msgs/MapInfo"))
-    assert received["msg"]["name"] == "hall"
 
 
 def test_clients_cannot_publish_on_host_topics() -> None:
@@ -408,19 +345,12 @@ def test_service_arguments_may_be_named_or_positional(args: object) -> None:
     ]
 
 
-@pytest.mark.parametrize("identity", ["x", 0, 7, "", "é"])
-def test_responses_have_the_id_of_the_call(identity: object) -> None:
+@pytest.mark.parametrize("given", [{"id": identity} for identity in ("x", 0, 7, "", "é")] + [{}])
+def test_responses_have_the_id_of_the_call_and_none_without(given: Message) -> None:
     wire = Wire()
     wire.protocol.services.serve("/double", "std_srvs/SetBool", double)
-    (answer,) = wire.ask(call(args={"data": True}, id=identity))
-    assert answer["id"] == identity
-
-
-def test_responses_to_calls_without_id_have_none() -> None:
-    wire = Wire()
-    wire.protocol.services.serve("/double", "std_srvs/SetBool", double)
-    (answer,) = wire.ask(call(args={"data": True}))
-    assert "id" not in answer
+    (answer,) = wire.ask(call(args={"data": True}, **given))
+    assert {key: answer[key] for key in answer.keys() & {"id"}} == given
 
 
 @pytest.mark.parametrize(
@@ -509,6 +439,7 @@ def test_deferred_responses_to_disconnected_clients_are_dropped() -> None:
     wire.protocol.services.serve("/sim/step", "farsteer_msgs/Step", lambda *_: later)
     wire.send({"op": "call_service", "service": "/sim/step"})
     wire.protocol.disconnect(wire.clients[0], wire.now)
+    wire.send({"op": "nonsense"})  # what comes behind the end is not processed
     later.complete({})
     assert wire.protocol.connections.drain() == []
 
@@ -597,10 +528,3 @@ def test_topics_and_ids_are_limited() -> None:
         (status,) = wire.received()
         assert "too many ids" in status["msg"]
         assert wire.ask({"op": op, "topic": "c", "type": "std_msgs/String"}, 1) == []
-
-
-def test_lockstep_has_no_rate_limit() -> None:
-    wire = Wire(limits=ClientLimits.unhurried())
-    for _ in range(5000):
-        wire.send({"op": "unsubscribe", "topic": "/x"})
-    assert wire.received() == []

@@ -6,6 +6,7 @@ Every request receives exactly one response, at once, from its provider or by it
 from __future__ import annotations
 
 import itertools
+import math
 from collections import Counter
 from dataclasses import dataclass, field
 from typing import Any
@@ -14,11 +15,12 @@ from hypothesis import settings, strategies as st
 from hypothesis.stateful import RuleBasedStateMachine, invariant, precondition, rule
 
 from teleop.rosbridge.limits import ClientLimits
+from tests.teleop.rosbridge.protocol.test_bad_input import frames
 from tests.teleop.rosbridge.support import SECOND, Wire
 
 CLIENTS = 3
-TIMEOUT = 5 * SECOND
-"""Default timeout of a call."""
+TIMEOUTS = {None: 5.0, 0.5: 0.5, 0: math.inf}
+"""Time that a call waits [s] by the timeout that its caller gives."""
 
 clients = st.integers(0, CLIENTS - 1)
 identities = st.integers(0, 10**6)
@@ -30,7 +32,8 @@ class Asked:
 
     caller: int
     identity: int
-    until: int
+    timeout: float = math.inf
+    until: float = math.inf
     cancelled: bool = False
 
 
@@ -45,6 +48,12 @@ class Side:
         default_factory=lambda: {i: {} for i in range(CLIENTS)}
     )
     """Pending requests by provider and id."""
+
+    def take(self, provider: int, which: int) -> tuple[str, Asked]:
+        """Remove one of the requests that a provider has to answer; return its key and it."""
+        waiting = self.asked[provider]
+        key = list(waiting)[which % len(waiting)]
+        return key, waiting.pop(key)
 
     def of(self, caller: int) -> list[tuple[int, str]]:
         return [
@@ -87,6 +96,14 @@ class ClientExchange(RuleBasedStateMachine):
             ]
             assert sorted(got) == sorted(expected[client])
 
+    def forwarded(self, provider: int, op: str, args: object) -> str:
+        """Return the id of the request that has come to its provider, and to nobody else."""
+        received = self.received()
+        (request,) = received.pop(provider)
+        assert (request["op"], request["args"]) == (op, args)
+        assert received == [[]] * (CLIENTS - 1)
+        return str(request["id"])
+
     # Services
 
     @rule(client=clients)
@@ -102,27 +119,23 @@ class ClientExchange(RuleBasedStateMachine):
         self.wire.send({"op": "unadvertise_service", "service": "/s"}, client)
         self.answered(self.abandon(self.services, client))
 
-    @rule(client=clients)
-    def call(self, client: int) -> None:
-        asked = Asked(client, next(self.numbers), self.wire.now + TIMEOUT)
-        self.wire.send({"op": "call_service", "service": "/s", "id": asked.identity}, client)
+    @rule(client=clients, timeout=st.sampled_from([*TIMEOUTS]))
+    def call(self, client: int, timeout: float | None) -> None:
+        lasts = TIMEOUTS[timeout]
+        asked = Asked(client, next(self.numbers), lasts, self.wire.now + lasts * SECOND)
+        call = {"op": "call_service", "service": "/s", "id": asked.identity, "timeout": timeout}
+        self.wire.send(call, client)
         if not self.services.providers:
             self.answered([(asked, "Service /s does not exist", False)])
             return
         provider = self.services.providers[-1]
-        received = self.received()
-        (request,) = received.pop(provider)
-        assert (request["op"], request["args"]) == ("call_service", {})
-        assert received == [[]] * (CLIENTS - 1)
-        self.services.asked[provider][request["id"]] = asked
+        self.services.asked[provider][self.forwarded(provider, "call_service", {})] = asked
 
     @rule(client=clients, good=st.booleans(), which=identities)
     def respond(self, client: int, good: bool, which: int) -> None:
-        waiting = self.services.asked[client]
-        if not waiting:
+        if not self.services.asked[client]:
             return
-        key = list(waiting)[which % len(waiting)]
-        asked = waiting.pop(key)
+        key, asked = self.services.take(client, which)
         values: object = {"success": True, "message": key} if good else "no"
         answer = {"service": "/s", "id": key, "values": values, "result": good}
         self.wire.send({"op": "service_response", **answer}, client)
@@ -130,16 +143,38 @@ class ClientExchange(RuleBasedStateMachine):
         self.answered([(asked, told, good)])
 
     @rule(client=clients, which=identities)
-    def respond_for_another_or_late(self, client: int, which: int) -> None:
+    def respond_with_what_is_no_response(self, client: int, which: int) -> None:
+        if not self.services.asked[client]:
+            return
+        key, asked = self.services.take(client, which)
+        answer = {"service": "/s", "id": key, "values": {"x": 1}, "result": True}
+        self.wire.send({"op": "service_response", **answer}, client)
+        ends = {each: self.wire.received(each) for each in {client, asked.caller}}
+        (status,) = (each for each in ends[client] if each["op"] == "status")
+        assert status["level"] == "error"
+        (failed,) = (each for each in ends[asked.caller] if each["op"] != "status")
+        assert (failed["id"], failed["result"]) == (asked.identity, False)
+        self.answered([])
+
+    @rule(client=clients, which=identities)
+    def answer_for_another_or_late(self, client: int, which: int) -> None:
         others = [
             key
-            for provider, asked in self.services.asked.items()
+            for side in (self.services, self.actions)
+            for provider, asked in side.asked.items()
             for key in asked
-            if provider != client and key not in self.services.asked[client]
+            if provider != client and key not in side.asked[client]
         ]
         key = [*others, "service_request:/s:999999"][which % (len(others) + 1)]
-        answer = {"service": "/s", "id": key, "values": {"success": True}, "result": True}
-        self.wire.send({"op": "service_response", **answer}, client)
+        answer = {"id": key, "values": {"success": True}, "result": True}
+        self.wire.send({"op": "service_response", "service": "/s", **answer}, client)
+        self.wire.send({"op": "action_result", "action": "/a", **answer}, client)
+        self.answered([])
+
+    @rule(client=clients, frame=frames)
+    def garbage(self, client: int, frame: str | bytes) -> None:
+        self.wire.raw(frame, client)
+        assert all(answer["op"] == "status" for answer in self.wire.received(client))
         self.answered([])
 
     # Actions
@@ -163,17 +198,15 @@ class ClientExchange(RuleBasedStateMachine):
 
     @rule(client=clients)
     def send_goal(self, client: int) -> None:
-        asked = Asked(client, next(self.numbers), 0)
+        asked = Asked(client, next(self.numbers))
         goal = {"action": "/a", "id": asked.identity, "args": {"goal": asked.identity}}
         self.wire.send({"op": "send_action_goal", **goal}, client)
         if not self.actions.providers:
             self.answered([(asked, "Action /a does not exist", False)])
             return
-        received = self.received()
-        (request,) = received.pop(self.actions.providers[0])
-        assert (request["op"], request["args"]) == ("send_action_goal", {"goal": asked.identity})
-        assert received == [[]] * (CLIENTS - 1)
-        self.actions.asked[self.actions.providers[0]][request["id"]] = asked
+        (provider,) = self.actions.providers
+        key = self.forwarded(provider, "send_action_goal", {"goal": asked.identity})
+        self.actions.asked[provider][key] = asked
 
     @precondition(lambda self: any(self.actions.asked.values()))
     @rule(which=identities, by=clients)
@@ -195,25 +228,24 @@ class ClientExchange(RuleBasedStateMachine):
 
     @rule(client=clients, which=identities, status=st.sampled_from([4, 5, 6]))
     def finish(self, client: int, which: int, status: int) -> None:
-        waiting = self.actions.asked[client]
-        if not waiting:
+        if not self.actions.asked[client]:
             return
-        key = list(waiting)[which % len(waiting)]
-        asked = waiting.pop(key)
+        key, asked = self.actions.take(client, which)
         result = {"action": "/a", "id": key, "values": {"result": 7}, "status": status}
         self.wire.send({"op": "action_result", **result, "result": True}, client)
         self.answered([(asked, {"result": 7}, True)])
 
     # Time and disconnections
 
-    @rule(seconds=st.sampled_from([1, 3, 6]))
-    def wait(self, seconds: int) -> None:
+    @rule(seconds=st.sampled_from([0.3, 1, 3, 6]))
+    def wait(self, seconds: float) -> None:
         self.wire.wait(1000 * seconds)
         ends: list[tuple[Asked, object, bool]] = []
-        why = "Timeout exceeded while waiting for service response: 5 s"
+        why = "Timeout exceeded while waiting for service response:"
         for asked in self.services.asked.values():
             for key in [key for key, each in asked.items() if each.until <= self.wire.now]:
-                ends.append((asked.pop(key), why, False))
+                late = asked.pop(key)
+                ends.append((late, f"{why} {late.timeout:g} s", False))
         self.answered(ends)
 
     @rule(client=clients)
@@ -248,8 +280,8 @@ class ClientExchange(RuleBasedStateMachine):
         assert [action.provider for action in protocol.actions.all] == [
             self.wire.clients[i] for i in self.actions.providers
         ]
-        waits = any(self.services.asked.values())
-        assert (protocol.timers.due is not None) == waits
+        waiting = (each for asked in self.services.asked.values() for each in asked.values())
+        assert (protocol.timers.due is not None) == any(each.until < math.inf for each in waiting)
 
 
 TestClientExchange = ClientExchange.TestCase

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-from typing import Any
 
 import pytest
 
@@ -96,9 +95,9 @@ def test_omitted_messages_count_for_the_rate_of_who_omits_them() -> None:
 
 
 def test_large_legal_messages_are_taken_as_often_as_their_parts_allow() -> None:
-    wire = Wire()
+    wire = Wire(limits=ClientLimits(parts=3000))
     wire.send({"op": "advertise", **POSES})
-    frame = poses({"position": {"x": 1.5}, "orientation": {"w": 1.0}}, 10_000)
+    frame = poses({"position": {"x": 1.5}, "orientation": {"w": 1.0}}, 1000)
     for _ in range(3):
         wire.raw(frame)
         wire.wait(1100)
@@ -106,13 +105,13 @@ def test_large_legal_messages_are_taken_as_often_as_their_parts_allow() -> None:
 
 
 def test_client_in_debt_receives_an_error_and_is_then_disconnected() -> None:
-    wire = Wire()
+    wire = Wire(limits=ClientLimits(parts=3000))
     wire.send({"op": "advertise", **POSES})
     for _ in range(8):
-        wire.raw(poses({"position": {"x": 1}}, 20_000))
+        wire.raw(poses({"position": {"x": 1}}, 2000))
         wire.wait(100)
     said = wire.received()
-    assert "30000 nested messages/s" in said[0]["msg"]
+    assert "3000 nested messages/s" in said[0]["msg"]
     assert isinstance(said[-1], CloseFrame)
     assert said[-1].code == 1008
 
@@ -185,41 +184,14 @@ def test_answers_count_for_the_bytes_of_who_calls() -> None:
     assert size <= 13 * ClientLimits().bytes
 
 
-def test_number_of_topics_does_not_slow_down_who_publishes(monkeypatch: pytest.MonkeyPatch) -> None:
-    wire = Wire(26, limits=ClientLimits.unhurried())
-    for client in range(1, 26):
-        for number in range(64):
-            topic = {"topic": f"/t{client}/{number}", "type": "std_msgs/String"}
-            wire.send({"op": "subscribe", **topic, "throttle_rate": 50}, client)
-            wire.send({"op": "advertise", **topic}, client)
-    walks: list[str] = []
-
-    def walked(self: object) -> list[Any]:
-        walks.append("all")
-        return []
-
-    monkeypatch.setattr(type(wire.protocol.topics), "all", property(walked))
-    wire.send({"op": "advertise", **TEXT})
-    wire.send({"op": "subscribe", **TEXT})
-    wire.send({"op": "publish", "topic": "/t", "msg": {"data": "x"}})
-    wire.send({"op": "unsubscribe", "topic": "/t"})
-    wire.protocol.disconnect(wire.clients[25], wire.now)
-    assert walks == []
-    assert wire.protocol.topics.find("/t25/0").idle  # type: ignore[union-attr]
-
-
 # Memory of addresses
-
-
-def connected(protocol: Protocol, address: str, now: int) -> int:
-    return protocol.connect(now, address)
 
 
 def test_reconnecting_does_not_refill_the_rates() -> None:
     protocol = Protocol(REGISTRY)
     now, admitted = SECOND, 0
     for _ in range(20):  # of 350 operations each, in a second altogether
-        client = connected(protocol, "10.0.0.6:1", now)
+        client = protocol.connect(now, "10.0.0.6:1")
         for _ in range(350):
             protocol.receive(client, '{"op":"dance"}', now)
         said = [output for _, output in protocol.connections.drain()]
@@ -234,12 +206,12 @@ def test_floods_of_an_address_cost_others_there_the_burst_only() -> None:
     gate = Authenticator(Credentials(anonymous=UNGUARDED), lambda: 0.0)
     protocol = Protocol(REGISTRY, authenticator=gate)
     for number in range(20):
-        flooder = connected(protocol, f"10.0.0.6:{number}", SECOND)
+        flooder = protocol.connect(SECOND, f"10.0.0.6:{number}")
         for _ in range(2000):
             protocol.receive(flooder, '{"op":"status"}', SECOND)
         protocol.disconnect(flooder, SECOND)
     protocol.connections.drain()
-    honest = connected(protocol, "10.0.0.6:99", SECOND)
+    honest = protocol.connect(SECOND, "10.0.0.6:99")
     driver = protocol.connect(SECOND, "10.0.0.6:100", known)
     for client, count in ((honest, 35), (driver, 400)):
         for _ in range(count):
@@ -249,12 +221,12 @@ def test_floods_of_an_address_cost_others_there_the_burst_only() -> None:
 
 def test_other_addresses_and_time_are_not_charged() -> None:
     protocol = Protocol(REGISTRY)
-    first = connected(protocol, "10.0.0.6:1", SECOND)
+    first = protocol.connect(SECOND, "10.0.0.6:1")
     for _ in range(400):
         protocol.receive(first, '{"op":"status"}', SECOND)
     protocol.disconnect(first, SECOND)
     for address, now in (("10.0.0.7:1", SECOND), ("10.0.0.6:2", 3 * SECOND), ("", SECOND)):
-        client = connected(protocol, address, now)
+        client = protocol.connect(now, address)
         for _ in range(400):
             protocol.receive(client, '{"op":"status"}', now)
         assert protocol.connections.drain() == []

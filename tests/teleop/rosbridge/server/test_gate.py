@@ -28,11 +28,10 @@ from teleop.rosbridge import (
     Server,
 )
 from teleop.rosbridge.auth.credentials import Credential, _digest
-from teleop.rosbridge.auth.origins import Origins
-from teleop.rosbridge.protocol.places import Places
 from teleop.rosbridge.protocol.token_guesses import TokenGuesses
 from teleop.rosbridge.server.accept_errors import AcceptErrors
 from teleop.rosbridge.server.gate import FrameBudget, Gate
+from teleop.rosbridge.server.websocket_connection import WebSocketConnection
 from tests.teleop.rosbridge.server.test_http_pages import fetch
 from tests.teleop.rosbridge.server.test_server import client, in_a_loop, say, serving, until
 from tests.teleop.rosbridge.support import REGISTRY, SECOND
@@ -79,43 +78,28 @@ async def ended(connection: ClientConnection) -> None:
             await connection.recv()
 
 
-async def raw_frames(connection: ClientConnection, opcode: int, payload: bytes, count: int) -> None:
-    frame = struct.pack("!BB", 0x80 | opcode, 0x80 | len(payload)) + bytes(4) + payload
-    connection.transport.write(frame * count)
-
-
-@pytest.mark.parametrize(("opcode", "payload"), [(9, b""), (10, b""), (9, bytes(125)), (1, b"")])
-def test_floods_of_empty_frames_end_with_1008(opcode: int, payload: bytes) -> None:
-    @in_a_loop
-    async def run() -> None:
-        async with serving(ClientLimits()) as server, client(server) as a, client(server) as b:
-            parsed = 0
-            await until(lambda: len(server._writers) == 2)
-            socket = server._writers[1].socket
-            count_frame = socket._recv_frame
-
-            def counted(frame: Any) -> None:
-                nonlocal parsed
-                parsed += 1
-                count_frame(frame)
-
-            socket._recv_frame = counted  # type: ignore[method-assign]
-            await raw_frames(a, opcode, payload, 1000 if payload else 40_000)
-            await ended(a)
-            assert a.close_code in (1008, 1006)  # unread pings may cost the client the close frame
-            assert parsed <= 12_000
-            await say(b)
-
-    run()
-
-
 @in_a_loop
-async def test_floods_are_cut_off_before_authentication() -> None:
-    credentials = Credentials(keys=(credential("boss", Role.ADMIN),))
-    async with guarded(credentials) as server, client(server) as a:
-        await raw_frames(a, 9, b"", 1000)
-        await ended(a)
-        assert a.close_code == 1008
+async def test_floods_of_empty_frames_end_with_1008(monkeypatch: pytest.MonkeyPatch) -> None:
+    parsed = 0
+    count_frame = WebSocketConnection._recv_frame
+
+    def counted(socket: WebSocketConnection, frame: Any) -> None:
+        nonlocal parsed
+        parsed += 1
+        count_frame(socket, frame)
+
+    monkeypatch.setattr(WebSocketConnection, "_recv_frame", counted)
+    async with serving(ClientLimits()) as server, client(server) as other:
+        for opcode, payload in ((9, b""), (10, b""), (9, bytes(125)), (1, b"")):
+            parsed = 0
+            async with client(server) as flooder:
+                frame = struct.pack("!BB", 0x80 | opcode, 0x80 | len(payload)) + bytes(4) + payload
+                flooder.transport.write(frame * (1000 if payload else 40_000))
+                await ended(flooder)
+            # Pings that are not read may cost the client the close frame.
+            assert flooder.close_code in (1008, 1006)
+            assert 0 < parsed <= 12_000
+            await say(other)
 
 
 @in_a_loop
@@ -133,8 +117,10 @@ async def test_large_messages_that_wait_pause_reading() -> None:
         socket.receive = receive  # type: ignore[method-assign]
         await a.send('{"op":"status"}')  # the reader already waits for this one
         sending = asyncio.create_task(flood(a, 20))
-        await asyncio.sleep(0.3)
-        assert socket._waiting <= 2_000_000
+        await until(lambda: socket._waiting > 600_000)
+        for _ in range(20):
+            await asyncio.sleep(0.01)
+            assert socket._waiting <= 2_000_000
         held.set()
         await sending
         await until(lambda: server.backlog(1) == 0)
@@ -159,13 +145,6 @@ def test_requests_of_an_address_are_limited() -> None:
 
 
 @in_a_loop
-async def test_too_many_requests_are_answered_with_429() -> None:
-    async with serving(ClientLimits(requests=1)) as server:
-        answers = [(await fetch(server, "/healthz"))[0] for _ in range(8)]
-        assert answers == [200] * 4 + [429] * 4
-
-
-@in_a_loop
 async def test_oldest_connection_without_request_leaves_for_a_new_one() -> None:
     async with serving() as server:
         idle = [await asyncio.open_connection("127.0.0.1", server.port) for _ in range(260)]
@@ -177,60 +156,6 @@ async def test_oldest_connection_without_request_leaves_for_a_new_one() -> None:
             writer.close()
 
 
-@pytest.mark.parametrize("name", ["Origin", "Host", "If-None-Match"])
-def test_doubled_headers_are_answered_with_400(name: str) -> None:
-    @in_a_loop
-    async def run() -> None:
-        async with serving() as server:
-            server.pages.add_file("/map.ply", b"ply")
-            value = "127.0.0.1"
-            doubled = f"{name}: {value}\r\n" * 2 + ("" if name == "Host" else f"Host: {value}\r\n")
-            assert b" 400 " in await asked(server, f"GET /map.ply HTTP/1.1\r\n{doubled}\r\n")
-
-    run()
-
-
-async def asked(server: Server, request: str) -> bytes:
-    reader, writer = await asyncio.open_connection("127.0.0.1", server.port)
-    writer.write(request.encode())
-    line = await reader.readline()
-    writer.close()
-    await writer.wait_closed()
-    return line
-
-
-@pytest.mark.parametrize(
-    ("host", "status"),
-    [
-        ("evil.example", 403),
-        ("evil.example:9090", 403),
-        ("192.168.1.7", 403),
-        ("127.0.0.1.evil.example", 403),
-        ("[::", 403),
-        ("localhost:9090", 200),
-        ("127.0.0.1", 200),
-        ("127.0.0.2:80", 200),
-        ("[::1]:9090", 200),
-        ("", 200),
-    ],
-)
-def test_pages_are_served_to_names_of_this_machine_only(host: str, status: int) -> None:
-    @in_a_loop
-    async def run() -> None:
-        async with serving() as server:
-            server.pages.add_file("/map.ply", b"ply")
-            line = await asked(server, f"GET /map.ply HTTP/1.1\r\nHost: {host}\r\n\r\n")
-            assert line.split()[1] == str(status).encode()
-
-    run()
-
-
-def test_servers_in_a_network_are_known_by_other_names() -> None:
-    assert Origins.of("0.0.0.0", ()).allow_host("robot.local:9090")
-    assert not Origins.of("127.0.0.1", ()).allow_host("robot.local")
-    assert Origins.of("127.0.0.1", ("https://robot.local",)).allow_host("robot.local")
-
-
 @in_a_loop
 async def test_download_that_stands_still_leaves_for_another(
     monkeypatch: pytest.MonkeyPatch,
@@ -238,16 +163,19 @@ async def test_download_that_stands_still_leaves_for_another(
     monkeypatch.setattr("teleop.rosbridge.server.downloads._STANDSTILL", 0.2)
     async with serving() as server:
         server.pages.add_file("/map.ply", bytes(20_000_000))
-        takers = []
-        for _ in range(4):
-            reader, writer = await asyncio.open_connection("127.0.0.1", server.port, limit=4096)
-            writer.write(b"GET /map.ply HTTP/1.1\r\nHost: 127.0.0.1\r\n\r\n")
-            takers.append((reader, writer))
+        takers = [await downloading(server) for _ in range(4)]
         await until(lambda: len(server._handshake._downloads) == 4)
         await asyncio.sleep(0.3)
         assert (await fetch(server, "/map.ply"))[0] == 200
-        for _, writer in takers:
-            writer.transport.abort()
+        for taker in takers:
+            taker.transport.abort()
+
+
+async def downloading(server: Server) -> asyncio.StreamWriter:
+    """Ask for a file, and take no more of it than a small buffer."""
+    _, writer = await asyncio.open_connection("127.0.0.1", server.port, limit=4096)
+    writer.write(b"GET /map.ply HTTP/1.1\r\nHost: 127.0.0.1\r\n\r\n")
+    return writer
 
 
 @in_a_loop
@@ -255,8 +183,7 @@ async def test_download_without_a_taker_ends(monkeypatch: pytest.MonkeyPatch) ->
     monkeypatch.setattr("teleop.rosbridge.server.http_connection.DOWNLOAD_STALL", 0.2)
     async with serving() as server:
         server.pages.add_file("/map.ply", bytes(20_000_000))
-        _, writer = await asyncio.open_connection("127.0.0.1", server.port, limit=4096)
-        writer.write(b"GET /map.ply HTTP/1.1\r\nHost: 127.0.0.1\r\n\r\n")
+        writer = await downloading(server)
         await until(lambda: len(server._handshake._downloads) == 1)
         await until(lambda: not server._handshake._downloads)
         writer.transport.abort()
@@ -285,12 +212,6 @@ def crowd(accesses: Sequence[Access | None], clients: int = 16) -> Protocol:
     for number, access in enumerate(accesses):
         protocol.connect(SECOND, f"10.0.0.{number}:1", access)
     return protocol
-
-
-def test_viewers_leave_places_for_operators() -> None:
-    places: Places = crowd([VIEWER] * 14).places
-    assert places.refusal(VIEWER, "") == "too many clients"
-    assert places.refusal(OPERATOR, "") is None
 
 
 def test_operator_takes_the_place_of_the_newest_viewer_without_a_token() -> None:

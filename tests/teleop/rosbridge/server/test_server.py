@@ -19,16 +19,17 @@ from websockets.exceptions import ConnectionClosed, InvalidStatus
 from teleop.rosbridge.compat.rosapi import serve_rosapi
 from teleop.rosbridge.errors import ServerError, ServiceError
 from teleop.rosbridge.framing.outbox import QueueLimits
-from teleop.rosbridge.graph.deferred_response import DeferredResponse
 from teleop.rosbridge.limits import ClientLimits
 from teleop.rosbridge.messages.message_types import Message
 from teleop.rosbridge.protocol.protocol import Protocol
 from teleop.rosbridge.server.keepalive import Keepalive
 from teleop.rosbridge.server.server import Server
 from teleop.rosbridge.server.websocket_connection import WebSocketConnection
-from tests.teleop.rosbridge.support import REGISTRY, ConnectionLog, client_ids
+from tests.teleop.rosbridge.support import REGISTRY, ConnectionLog, client_ids, received_on
 
-PATIENCE = 20.0
+PATIENCE = 60.0
+"""For what must come at all [s]; a loaded machine is no failure."""
+
 CLOUD = np.zeros(1_000_000, np.uint8)
 CHATTER = {"op": "subscribe", "topic": "/chatter", "type": "std_msgs/String"}
 IMAGE = {"op": "subscribe", "topic": "/cloud", "type": "sensor_msgs/CompressedImage"}
@@ -94,16 +95,6 @@ def stall(connection: ClientConnection) -> None:
 
 
 @in_a_loop
-async def test_messages_reach_all_subscribers() -> None:
-    async with serving() as server, client(server) as a, client(server) as b:
-        await say(a, CHATTER)
-        await say(b, CHATTER)
-        server.protocol.topics.publish("/chatter", {"data": "x"}, server.now)
-        assert (await receive(a))["msg"] == (await receive(b))["msg"] == {"data": "x"}
-        assert len(server.protocol.connections) == 2
-
-
-@in_a_loop
 async def test_json_is_sent_in_text_frames_and_cbor_in_binary_frames() -> None:
     async with serving() as server, client(server) as a, client(server) as b:
         await say(a, CHATTER)
@@ -116,10 +107,7 @@ async def test_json_is_sent_in_text_frames_and_cbor_in_binary_frames() -> None:
 @in_a_loop
 async def test_binary_frames_in_small_websocket_fragments_are_processed() -> None:
     async with serving() as server, client(server) as a:
-        received: list[Message] = []
-        server.protocol.topics.subscribe(
-            "/joy", "sensor_msgs/Joy", lambda client, message, now: received.append(message)
-        )
+        received = received_on(server.protocol, "/joy", "sensor_msgs/Joy")
         frame = json.dumps(
             {"op": "publish", "topic": "/joy", "msg": {"axes": [0.5] * 2000}}
         ).encode()
@@ -133,33 +121,6 @@ async def test_compression_is_not_negotiated() -> None:
     async with serving() as server, client(server, compression="deflate") as a:
         assert a.response is not None
         assert "Sec-WebSocket-Extensions" not in a.response.headers
-
-
-@in_a_loop
-async def test_too_large_frames_are_closed_with_1009() -> None:
-    async with (
-        serving(ClientLimits(frame=1000)) as server,
-        client(server) as a,
-        client(server) as b,
-    ):
-        await a.send("x" * 1001)
-        with pytest.raises(ConnectionClosed):
-            await a.recv()
-        assert a.close_code == 1009
-        await say(b)
-
-
-@in_a_loop
-async def test_flooding_clients_are_closed_with_1008() -> None:
-    limits = ClientLimits(messages=50, burst=1)
-    async with serving(limits) as server, client(server) as a, client(server) as b:
-        for _ in range(200):
-            await a.send(json.dumps(CHATTER))
-        assert "rate limit of 50 operations" in (await receive(a))["msg"]
-        with pytest.raises(ConnectionClosed):
-            await a.recv()
-        assert a.close_code == 1008
-        await say(b, CHATTER)
 
 
 @in_a_loop
@@ -204,36 +165,6 @@ async def test_responses_overtake_queued_messages() -> None:
         while (await receive(a))["op"] != "service_response":
             pass
         assert (await receive(a))["op"] == "publish"
-
-
-@in_a_loop
-async def test_lockstep_response_follows_all_messages_of_its_ticks() -> None:
-    time = 0
-    async with serving(lockstep=True, clock=lambda: time) as server, client(server) as a:
-        steps: list[tuple[int, int, DeferredResponse]] = []
-
-        def step(client: int, request: Message, now: int) -> DeferredResponse:
-            server.protocol.connections.set_lossless(client)
-            later = DeferredResponse()
-            steps.append((client, request["ticks"], later))
-            return later
-
-        server.protocol.services.serve("/sim/step", "farsteer_msgs/Step", step)
-        await say(a, {**CHATTER, "queue_length": 1}, {**IMAGE, "queue_length": 1})
-        call = {"op": "call_service", "service": "/sim/step", "args": {"ticks": 50}, "id": "s"}
-        await a.send(json.dumps(call))
-        await until(lambda: bool(steps))
-        caller, ticks, later = steps[0]
-        for i in range(ticks):
-            time += 20_000_000
-            server.protocol.topics.publish("/chatter", {"data": str(i)}, server.now)
-            server.protocol.topics.publish("/cloud", {"data": CLOUD[:100_000]}, server.now)
-        later.complete({"success": True})
-        received = [await receive(a) for _ in range(101)]
-        assert [h["op"] for h in received] == ["publish"] * 100 + ["service_response"]
-        assert [h["msg"]["data"] for h in received[:-1:2]] == [str(i) for i in range(50)]
-        await server.flush(caller)
-        assert server.waiting(caller) == 0
 
 
 @in_a_loop
@@ -302,16 +233,6 @@ async def test_observers_see_connections_and_disconnections() -> None:
         assert log.disconnections == [connection]
         assert "127.0.0.1:" in connection.name
         assert len(server.protocol.connections) == 0
-
-
-@in_a_loop
-async def test_clients_that_answer_no_ping_are_disconnected() -> None:
-    pulse = Keepalive(ping_interval=0.05, ping_timeout=0.1)
-    async with serving(keepalive=pulse) as server, client(server) as a:
-        log = ConnectionLog(server.protocol)
-        await say(a)
-        stall(a)
-        await until(lambda: bool(log.disconnections))
 
 
 @in_a_loop
@@ -406,37 +327,3 @@ async def test_foreign_origins_are_rejected() -> None:
             assert caught.value.response.status_code == status
         async with client(server, origin="https://lab.example") as a:
             await say(a)
-
-
-@in_a_loop
-async def test_clients_over_the_limit_are_rejected() -> None:
-    async with serving(ClientLimits(clients=1)) as server, client(server) as a:
-        await say(a)
-        with pytest.raises(InvalidStatus, match="503"):
-            await connect(server.url, proxy=None)
-        await say(a)
-
-
-@in_a_loop
-async def test_many_clients_connect_and_disconnect_at_once() -> None:
-    async with serving(ClientLimits(clients=100)) as server:
-
-        async def visit(number: int) -> None:
-            async with client(server) as connection:
-                await say(connection, CHATTER)
-
-        await asyncio.gather(*(visit(i) for i in range(50)))
-        await until(lambda: len(server.protocol.connections) == 0)
-
-
-@in_a_loop
-async def test_connections_without_websocket_are_harmless() -> None:
-    async with serving() as server, client(server) as a:
-        for rubbish in (b"GET / HTTP/1.1\r\n\r\n", b"\x00\xff" * 1000, b""):
-            reader, writer = await asyncio.open_connection("127.0.0.1", server.port)
-            writer.write(rubbish)
-            writer.write_eof()
-            await reader.read()
-            writer.close()
-            await writer.wait_closed()
-        await say(a)

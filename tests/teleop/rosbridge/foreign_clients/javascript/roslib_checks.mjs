@@ -83,18 +83,18 @@ const checks = {
     await ask(param, "delete");
     expect(!(await ask(ros, "getParams")).includes("/checks/gone"), "still listed");
   },
-  publishAndSubscribe: (ros) => loop(ros, "none", (heard) => same(heard.header.frame_id, "é")),
-  publishAndSubscribePng: (ros) => loop(ros, "png", (heard) => same(heard.header.frame_id, "é")),
+  publishAndSubscribe: (ros) => loop(ros, "none", (received_on) => same(received_on.header.frame_id, "é")),
+  publishAndSubscribePng: (ros) => loop(ros, "png", (received_on) => same(received_on.header.frame_id, "é")),
   publishAndSubscribeCbor: (ros) =>
-    loop(ros, "cbor", (heard) => {
-      same(heard.header.frame_id, "é");
-      expect(heard.ranges instanceof Float32Array, "no Float32Array");
-      same([...heard.ranges], [1.5, 2.5]);
+    loop(ros, "cbor", (received_on) => {
+      same(received_on.header.frame_id, "é");
+      expect(received_on.ranges instanceof Float32Array, "no Float32Array");
+      same([...received_on.ranges], [1.5, 2.5]);
     }),
   publishAndSubscribeCborRaw: (ros) =>
-    loop(ros, "cbor-raw", (heard) => {
-      expect(typeof heard.secs === "number" && typeof heard.nsecs === "number", "no time");
-      const bytes = Buffer.from(heard.bytes);
+    loop(ros, "cbor-raw", (received_on) => {
+      expect(typeof received_on.secs === "number" && typeof received_on.nsecs === "number", "no time");
+      const bytes = Buffer.from(received_on.bytes);
       same([...bytes.subarray(0, 4)], [0, 1, 0, 0]);
       expect(bytes.includes(Buffer.from("é")), "no é in it");
     }),
@@ -127,13 +127,13 @@ const checks = {
   },
   fragments: async (ros) => {
     const text = "é".repeat(2000);
-    let heard = null;
-    ros.on("/checks/long", (message) => (heard = message.msg.data));
+    let received_on = null;
+    ros.on("/checks/long", (message) => (received_on = message.msg.data));
     const topic = "/checks/long";
     ros.callOnConnection({ op: "subscribe", topic, type: "std_msgs/String", fragment_size: 100 });
     ros.callOnConnection({ op: "publish", topic, msg: { data: text } });
-    await until(() => heard !== null);
-    same(heard, text);
+    await until(() => received_on !== null);
+    same(received_on, text);
   },
 
   // Further checks: those of roslib's own network tests
@@ -141,17 +141,17 @@ const checks = {
   twoTopicObjects: async (ros) => {
     const options = { ros, name: "/checks/two", messageType: "std_msgs/String" };
     const [one, two] = [new Topic(options), new Topic(options)];
-    const heard = { one: [], two: [] };
-    one.subscribe((message) => heard.one.push(message.data));
-    two.subscribe((message) => heard.two.push(message.data));
+    const received_on = { one: [], two: [] };
+    one.subscribe((message) => received_on.one.push(message.data));
+    two.subscribe((message) => received_on.two.push(message.data));
     one.publish({ data: "1" });
     two.publish({ data: "2" });
-    await until(() => heard.two.length === 2);
+    await until(() => received_on.two.length === 2);
     one.unsubscribe();
     one.unadvertise();
     two.publish({ data: "3" });
-    await until(() => heard.two.length === 3);
-    same(heard, { one: ["1", "2"], two: ["1", "2", "3"] });
+    await until(() => received_on.two.length === 3);
+    same(received_on, { one: ["1", "2"], two: ["1", "2", "3"] });
     same((await ask(two, "getPublishers")).length, 1);
   },
   topicsComeAndGo: async (ros) => {
@@ -210,11 +210,11 @@ const checks = {
 async function loop(ros, compression, check) {
   const messageType = "sensor_msgs/LaserScan";
   const topic = new Topic({ ros, name: `/checks/scan_${compression}`, messageType, compression });
-  let heard = null;
-  topic.subscribe((message) => (heard = message));
+  let received_on = null;
+  topic.subscribe((message) => (received_on = message));
   topic.publish({ header: { frame_id: "é" }, ranges: [1.5, 2.5] });
-  await until(() => heard !== null);
-  check(heard);
+  await until(() => received_on !== null);
+  check(received_on);
 }
 
 async function follow(client) {
