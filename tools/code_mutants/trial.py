@@ -90,9 +90,7 @@ class Trial:
             words = ["--cov", f"--cov-config={settings}", "--cov-context=test", "--cov-report="]
             words += [f"--numprocesses={processes}", "--dist=worksteal", "--durations=0"]
             words += ["--durations-min=0"]
-            # Tracing takes time, which tests without a mark have little of.
-            added = {"COVERAGE_FILE": str(part), "FARSTEER_TEST_CPU_FACTOR": "10"}
-            status = self._pytest(words, log, None, added)
+            status = self._pytest(words, log, None, {"COVERAGE_FILE": str(part)})
             if status not in (pytest.ExitCode.OK, pytest.ExitCode.TESTS_FAILED):
                 raise ValueError(f"pytest could not run the tests: {log} says why")
             part.replace(self._lines)
@@ -107,6 +105,8 @@ class Trial:
     ) -> int | None:
         """Return the status of pytest in the copy, None if it took longer; all that it has started is ended as well."""
         environment = {**os.environ, "OPENBLAS_NUM_THREADS": "1", **added}
+        # Tracing and what is set up for a single test take time, of which a test without a mark has little.
+        environment["FARSTEER_TEST_CPU_FACTOR"] = "10"
         # The copy comes before an editable installation of the clone.
         environment["PYTHONPATH"] = str(self.tree)
         environment.pop("PYTHONDONTWRITEBYTECODE", None)
