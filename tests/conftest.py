@@ -98,11 +98,12 @@ def pytest_collection() -> Generator[None, object, object]:
 def pytest_runtest_protocol(item: pytest.Item) -> Generator[None, object, object]:
     """Measure no coverage in tests marked so and what is set up for them: tracing adds half to their time.
 
-    Nor with the further parameters of a test that has taken long with the first ones: they run the same lines.
+    Nor with the further parameters of a test that has taken long with the first ones: they run the same lines. Where the
+    lines of each test are wanted, all are measured.
     """
     traced = not item.get_closest_marker("untraced") and _taken[_without_parameters(item)] < TRACED
     measured = Coverage.current() if item.config.pluginmanager.hasplugin("_cov") else None
-    if measured is None or traced:
+    if measured is None or traced or item.config.getoption("cov_context"):
         return (yield)
     measured.stop()
     try:
