@@ -117,7 +117,10 @@ def test_takes_long(tracer, number):
 
 
 @pytest.mark.process
-def test_coverage_is_measured_in_all_tests_but_those_that_say_so(ruled: pytest.Pytester) -> None:
+def test_coverage_is_measured_in_all_tests_but_those_that_say_so(
+    ruled: pytest.Pytester, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.delenv("COVERAGE_FILE", raising=False)  # where the outer run keeps its own
     ruled.makeini("[pytest]\nmarkers = untraced: marked\n")
     ruled.makepyfile(TRACED)
     run = ruled.runpytest_subprocess("--cov=.", "--cov-report=", "-p", "no:dash", "-p", "no:xdist")

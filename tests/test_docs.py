@@ -37,7 +37,6 @@ from teleop.robot.safety.control_state import ControlMode, SafetyConfig
 from teleop.robot.safety.stale_commands import StaleLimits
 from teleop.robot.serving.greeting import snippet
 from teleop.robot.serving.serve_config import ServeConfig
-from teleop.rosbridge import ClientLimits, Keepalive, QueueLimits
 from tests.warm_python import WarmPython
 
 ROOT = Path(__file__).parents[1]
@@ -465,60 +464,20 @@ def value_in(cell: str, *, seconds: float = 1.0) -> float:
     return float(number) * factors.get(unit, 1.0)
 
 
-WIRE = {
-    **dict.fromkeys(("| safety |", "| old commands |"), "docs/teleoperation.md"),
-    **dict.fromkeys(("| joystick |", "| bound |", "| limit |"), "docs/sheets/limits.md"),
+SAFETY: dict[str, SafetyConfig | StaleLimits] = {
+    "| safety |": SafetyConfig(),
+    "| old commands |": StaleLimits(),
 }
-"""The pages of tables of the wire."""
+"""Settings by the heads of their tables; those of the wire are in a sheet, which is compared whole."""
 
 
-def fields_and_rows(heading: str, *configs: object) -> list[tuple[object, str]]:
-    """The fields of configurations beside what the documentation gives for them."""
-    table = rows(WIRE[heading], heading)
-    found = []
-    for name, cell, *_ in table:
-        (config,) = (c for c in configs if hasattr(c, name.strip("`")))
-        found.append((getattr(config, name.strip("`")), cell))
-    return found
-
-
-@pytest.mark.parametrize(
-    ("value", "cell"),
-    [
-        *fields_and_rows("| safety |", SafetyConfig()),
-        *fields_and_rows("| old commands |", StaleLimits()),
-    ],
-    ids=lambda x: str(x),
-)
-def test_safety_has_the_value_that_the_documentation_gives(value: float, cell: str) -> None:
-    assert value == pytest.approx(value_in(cell, seconds=1e9))
-
-
-@pytest.mark.parametrize(
-    ("value", "cell"),
-    [
-        *fields_and_rows("| joystick |", JoystickLayout()),
-        *fields_and_rows("| bound |", QueueLimits(), Keepalive()),
-        *fields_and_rows("| limit |", ClientLimits()),
-    ],
-    ids=lambda x: str(x),
-)
-def test_wire_has_the_value_that_the_documentation_gives(value: float, cell: str) -> None:
-    assert value == pytest.approx(value_in(cell))
-
-
-@pytest.mark.parametrize(
-    ("heading", "config"),
-    [
-        ("| safety |", SafetyConfig),
-        ("| old commands |", StaleLimits),
-        ("| joystick |", JoystickLayout),
-        ("| limit |", ClientLimits),
-    ],
-)
-def test_no_setting_of_the_wire_is_left_out(heading: str, config: type) -> None:
-    names = {row[0].strip("`") for row in rows(WIRE[heading], heading)}
-    assert names == {field.name for field in fields(config)} - {"name", "stale"}
+@pytest.mark.parametrize("heading", SAFETY)
+def test_safety_has_the_settings_and_values_that_the_documentation_gives(heading: str) -> None:
+    config = SAFETY[heading]
+    given = {row[0].strip("`"): row[1] for row in rows("docs/teleoperation.md", heading)}
+    assert given.keys() == {field.name for field in fields(config)} - {"stale"}
+    for name, cell in given.items():
+        assert getattr(config, name) == pytest.approx(value_in(cell, seconds=1e9)), name
 
 
 def test_shipped_layout_is_the_one_of_the_documentation() -> None:

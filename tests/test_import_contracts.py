@@ -42,114 +42,100 @@ def problems(
     return found
 
 
-def test_imports_that_lead_down_are_allowed(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+CASES: dict[str, tuple[dict[str, str], dict[str, list[str]], list[str]]] = {
+    "imports that lead down": (
+        {
+            "roof/tiles.py": "from house.cellar import coal\nimport house.door",
+            "door.py": "from house.cellar.coal import heap",
+            "cellar/coal.py": "heap = 1",
+        },
+        _TWO_FLOORS,
+        [],
+    ),
+    "a circle of folders without a circle of files": (
+        {
+            "roof/tiles.py": "from house.cellar.coal import heap",
+            "roof/gutter.py": "",
+            "cellar/coal.py": "heap = 1",
+            "cellar/drain.py": "import house.roof.gutter",
+        },
+        _TWO_FLOORS,
+        [
+            "house.cellar must not import house.roof: house.cellar.drain -> house.roof.gutter",
+            "house.cellar -> house.roof -> house.cellar is a circle: "
+            "house.cellar.drain -> house.roof.gutter; house.roof.tiles -> house.cellar.coal",
+        ],
+    ),
+    "an import that climbs by way of a file": (
+        {
+            "roof/tiles.py": "",
+            "ladder.py": "import house.roof.tiles",
+            "cellar/coal.py": "def burn():\n    import house.ladder",
+        },
+        _TWO_FLOORS,
+        [
+            "house.cellar must not import house.roof: "
+            "house.cellar.coal -> house.ladder -> house.roof.tiles"
+        ],
+    ),
+    "folders on one floor": (
+        {"roof/tiles.py": "import house.cellar.coal", "cellar/coal.py": ""},
+        {"house": ["roof | cellar"]},
+        ["house.roof must not import house.cellar: house.roof.tiles -> house.cellar.coal"],
+    ),
+    "a folder without a floor": (
+        {"roof/tiles.py": "", "cellar/coal.py": ""},
+        {"house": ["roof"]},
+        ["house.cellar has no floor: name it among the floors of house"],
+    ),
+    "a folder in a folder": (
+        {"roof/tiles.py": "", "cellar/coal.py": "", "cellar/wine/red.py": ""},
+        _TWO_FLOORS,
+        ["house.cellar.wine has no floor: name it among the floors of house.cellar"],
+    ),
+    "a floor of a folder that has gone": (
+        {"roof/tiles.py": "", "cellar/coal.py": ""},
+        {"house": ["attic", "roof", "cellar"], "house.garden": ["shed"]},
+        [
+            "house.garden has floors, but there is no such package",
+            "house.attic has a floor, but does not exist",
+        ],
+    ),
+    "a circle of two files in one folder": (
+        {
+            "roof/tiles.py": "def lay():\n    from house.roof import gutter",
+            "roof/gutter.py": "import house.roof.tiles",
+            "cellar/coal.py": "",
+        },
+        _TWO_FLOORS,
+        [
+            "house.roof.gutter -> house.roof.tiles -> house.roof.gutter is a circle: "
+            "house.roof.gutter -> house.roof.tiles; house.roof.tiles -> house.roof.gutter"
+        ],
+    ),
+    "a circle through the package itself": (
+        {
+            "__init__.py": "import house.roof.tiles",
+            "roof/tiles.py": "",
+            "roof/gutter.py": "from house import tiles",
+            "cellar/coal.py": "",
+        },
+        _TWO_FLOORS,
+        [
+            "house -> house.roof -> house is a circle: "
+            "house -> house.roof.tiles; house.roof.gutter -> house"
+        ],
+    ),
+}
+"""Files of a package, its floors, and what the contract says of them."""
+
+
+@pytest.mark.parametrize("case", CASES)
+def test_the_contract_says_what_leads_the_wrong_way_and_by_which_imports(
+    case: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    files = {
-        "roof/tiles.py": "from house.cellar import coal\nimport house.door",
-        "door.py": "from house.cellar.coal import heap",
-        "cellar/coal.py": "heap = 1",
-    }
-    assert problems(files, _TWO_FLOORS, tmp_path, monkeypatch) == []
-
-
-def test_a_circle_of_folders_without_a_circle_of_files_is_reported_with_its_imports(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    files = {
-        "roof/tiles.py": "from house.cellar.coal import heap",
-        "roof/gutter.py": "",
-        "cellar/coal.py": "heap = 1",
-        "cellar/drain.py": "import house.roof.gutter",
-    }
-    assert problems(files, _TWO_FLOORS, tmp_path, monkeypatch) == [
-        "house.cellar must not import house.roof: house.cellar.drain -> house.roof.gutter",
-        "house.cellar -> house.roof -> house.cellar is a circle: "
-        "house.cellar.drain -> house.roof.gutter; house.roof.tiles -> house.cellar.coal",
-    ]
-
-
-def test_an_import_that_climbs_by_way_of_a_file_is_reported(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    files = {
-        "roof/tiles.py": "",
-        "ladder.py": "import house.roof.tiles",
-        "cellar/coal.py": "def burn():\n    import house.ladder",
-    }
-    assert problems(files, _TWO_FLOORS, tmp_path, monkeypatch) == [
-        "house.cellar must not import house.roof: "
-        "house.cellar.coal -> house.ladder -> house.roof.tiles"
-    ]
-
-
-def test_folders_on_one_floor_do_not_import_each_other(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    files = {"roof/tiles.py": "import house.cellar.coal", "cellar/coal.py": ""}
-    floors = {"house": ["roof | cellar"]}
-    assert problems(files, floors, tmp_path, monkeypatch) == [
-        "house.roof must not import house.cellar: house.roof.tiles -> house.cellar.coal"
-    ]
-
-
-@pytest.mark.parametrize("floors", [{}, {"house": ["roof"]}])
-def test_a_folder_without_a_floor_is_reported(
-    floors: dict[str, list[str]], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    files = {"roof/tiles.py": "", "cellar/coal.py": ""}
-    found = problems(files, floors, tmp_path, monkeypatch)
-    assert "house.cellar has no floor: name it among the floors of house" in found
-
-
-def test_a_folder_in_a_folder_needs_a_floor_too(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    files = {"roof/tiles.py": "", "cellar/coal.py": "", "cellar/wine/red.py": ""}
-    assert problems(files, _TWO_FLOORS, tmp_path, monkeypatch) == [
-        "house.cellar.wine has no floor: name it among the floors of house.cellar"
-    ]
-
-
-def test_a_floor_of_a_folder_that_has_gone_is_reported(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    files = {"roof/tiles.py": "", "cellar/coal.py": ""}
-    floors = {"house": ["attic", "roof", "cellar"], "house.garden": ["shed"]}
-    assert problems(files, floors, tmp_path, monkeypatch) == [
-        "house.garden has floors, but there is no such package",
-        "house.attic has a floor, but does not exist",
-    ]
-
-
-def test_a_circle_of_two_files_in_one_folder_is_reported(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    files = {
-        "roof/tiles.py": "def lay():\n    from house.roof import gutter",
-        "roof/gutter.py": "import house.roof.tiles",
-        "cellar/coal.py": "",
-    }
-    (found,) = problems(files, _TWO_FLOORS, tmp_path, monkeypatch)
-    assert found.startswith(
-        "house.roof.gutter -> house.roof.tiles -> house.roof.gutter is a circle"
-    )
-
-
-def test_a_circle_through_the_package_itself_is_reported(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    files = {
-        "__init__.py": "import house.roof.tiles",
-        "roof/tiles.py": "",
-        "roof/gutter.py": "from house import tiles",
-        "cellar/coal.py": "",
-    }
-    (found,) = problems(files, _TWO_FLOORS, tmp_path, monkeypatch)
-    assert found == (
-        "house -> house.roof -> house is a circle: "
-        "house -> house.roof.tiles; house.roof.gutter -> house"
-    )
+    files, floors, said = CASES[case]
+    assert problems(files, floors, tmp_path, monkeypatch) == said
 
 
 @pytest.mark.parametrize(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import os
 import runpy
 import site
@@ -133,42 +134,33 @@ def test_wheel_is_built_from_the_source_distribution_without_node(
     assert (source / PAGE / "dist/index.html").is_file()
 
 
-def test_page_is_found_in_the_wheel(installed: Path, tmp_path: Path) -> None:
-    code = (
-        "from teleop.console.page_files import built_page\n"
-        "print((built_page() / 'index.html').read_text())"
-    )
-    assert "<!doctype html>" in run(installed / "python", "-c", code, cwd=tmp_path)
+FOUND = """
+import json
+import localization.evaluation.consistency, localization.logs.mcap_log, robot_sim, teleop
+from robot_sim.floorplan.scene_folders import scene_folder
+from teleop.console.page_files import built_page
+from teleop.joystick import layouts
+from teleop.ros_types import registry
+
+found = {
+    "packages": [m.__file__ for m in (localization, robot_sim, teleop)],
+    "page": (built_page() / "index.html").read_text(),
+    "scene": (scene_folder("office") / "world.toml").read_text(),
+    "names": [registry()["farsteer_msgs/msg/MapInfo"].name, *layouts()],
+}
+print(json.dumps(found))
+"""
 
 
-def test_packages_come_from_the_wheel(installed: Path, tmp_path: Path) -> None:
-    code = (
-        "import localization, localization.logs.mcap_log, localization.evaluation.consistency, robot_sim, teleop\n"
-        "print(*(m.__file__ for m in (localization, robot_sim, teleop)), sep='\\n')"
-    )
-    places = run(installed / "python", "-c", code, cwd=tmp_path).split()
-    assert len(places) == 3
-    assert all(Path(place).is_relative_to(installed.parent) for place in places)
-
-
-def test_scenes_are_found_in_the_wheel(installed: Path, tmp_path: Path) -> None:
-    code = (
-        "from robot_sim.floorplan.scene_folders import scene_folder\n"
-        "print((scene_folder('office') / 'world.toml').read_text())"
-    )
-    assert tomllib.loads(run(installed / "python", "-c", code, cwd=tmp_path))
-
-
-def test_message_types_and_joystick_layouts_are_found_in_the_wheel(
+def test_packages_page_scenes_messages_and_layouts_come_from_the_wheel(
     installed: Path, tmp_path: Path
 ) -> None:
-    code = (
-        "from teleop.ros_types import registry\n"
-        "from teleop.joystick import layouts\n"
-        "print(registry()['farsteer_msgs/msg/MapInfo'].name, *layouts())"
-    )
-    words = run(installed / "python", "-c", code, cwd=tmp_path).split()
-    assert words == ["farsteer_msgs/msg/MapInfo", "default"]
+    found = json.loads(run(installed / "python", "-c", FOUND, cwd=tmp_path))
+    assert len(found["packages"]) == 3
+    assert all(Path(place).is_relative_to(installed.parent) for place in found["packages"])
+    assert "<!doctype html>" in found["page"]
+    assert tomllib.loads(found["scene"])
+    assert found["names"] == ["farsteer_msgs/msg/MapInfo", "default"]
 
 
 def test_command_prints_help_and_version(installed: Path, tmp_path: Path) -> None:

@@ -2,13 +2,9 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-
 import numpy as np
 import pytest
 
-from benchmarks.common.figures import Figure
-from benchmarks.common.sheet import Sheet
 from benchmarks.console import parts as console
 from benchmarks.console.frames import script_times
 from benchmarks.console.losing import ALL, figures
@@ -16,7 +12,7 @@ from benchmarks.console.losses import KINDS, Loss
 from benchmarks.console.publisher import cloud_message
 from benchmarks.console.robot import filled_up, read_edges
 from benchmarks.console.traffic import megabytes, slope
-from benchmarks.sheets.figure_table import all_figures, pooled
+from benchmarks.sheets.figure_table import pooled
 from localization.maps.cloud import Cloud
 
 
@@ -58,18 +54,6 @@ def test_chunks_of_losing_it_count_as_one() -> None:
     assert found["stopped in time"].value == pytest.approx(100.0 * 21 / 22)
     assert found["longest until zero"].value == 0.6
     assert all(f.n == 22 for f in found.values())
-
-
-def test_table_has_a_row_for_each_figure_and_the_chunks_as_one(tmp_path: Path) -> None:
-    sheet = Sheet(tmp_path / "console.json")
-    sheet.put("cloud", [Figure("1 MB", "ours", "p50", 1.5, "ms", 60, most=5.0)], seconds=0.0)
-    for name in ("losing-1", "losing-2"):
-        sheet.put(name, [f for f in figures(ALL, [loss()]) if f.unit == "s"], seconds=0.0)
-    rows = all_figures(sheet, chunks="losing-").splitlines()[2:]
-    assert rows == [
-        "| 1 MB | ours | p50 | 1.5 ms | 60 | ≤ 5 ms: met |",
-        f"| {ALL} | page | longest until zero | 0.5 s | 2 | ≤ 0.52 s: met |",
-    ]
 
 
 def test_script_times_are_those_of_callbacks_for_frames() -> None:

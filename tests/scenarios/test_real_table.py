@@ -10,7 +10,6 @@ import numpy as np
 import pytest
 
 from benchmarks.common.figures import OURS
-from benchmarks.common.sheet import Sheet
 from benchmarks.real import command as real
 from benchmarks.real.hints import KINDS, beginnings, start_at
 from benchmarks.real.kidnaps import HELD, Course, _misled, _recovered, kidnap, pairs
@@ -19,7 +18,6 @@ from benchmarks.real.logs import Excerpt, RealDrive, real_drive
 from benchmarks.real.peers import AMCL, GICP, KISS, peer_answers
 from benchmarks.real.scores import Answer, _quantile_bounds, score_real
 from benchmarks.real.submissions import read_submission, submitted_answers
-from benchmarks.real.tables import of_kidnaps, of_score, scores
 from benchmarks.real.trials import place_at
 from localization.pipeline.localizer import LocalizerConfig
 from localization.types import SECOND, Health, Odometry, Pose, Reading, Scan
@@ -152,17 +150,6 @@ def test_odometry_at_a_scan_is_that_of_its_stamp_or_between_its_neighbours() -> 
     assert exact.yaw == pytest.approx(-3.1)
     with pytest.raises(ValueError, match="no odometry"):
         odometry_at_scans([scan(15)])
-
-
-def test_table_has_a_dash_for_what_a_method_does_not_report(drive: RealDrive) -> None:
-    sheet = Sheet()
-    found = list(peer_answers(drive, KISS))
-    sheet.put("room", of_score("room", KISS, score_real(drive, found), 1.25), seconds=0.0)
-    row = scores(sheet).splitlines()[2]
-    assert row.startswith(f"| room | {KISS} | 148 |")
-    assert row.count(" - ") == 4
-    nothing = {f.quantity: f.text for f in of_kidnaps("room", [])}
-    assert nothing["recovery p50"].startswith("-")
 
 
 def test_command_writes_figures_and_tables_beside_each_other(

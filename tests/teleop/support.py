@@ -268,12 +268,21 @@ class Robots(typing.Protocol):
         """Serve a robot with a seed of its sensor noise."""
 
 
+class InRealTime(typing.Protocol):
+    """Serves robots in real time."""
+
+    def __call__(self, config: ServeConfig | None = None) -> AbstractAsyncContextManager[Address]:
+        """Serve a robot, on a free port unless a configuration says otherwise."""
+
+
 @asynccontextmanager
-async def real_time(world: World, cloud: Cloud, cache: Path) -> AsyncIterator[Address]:
+async def real_time(
+    world: World, cloud: Cloud, cache: Path, config: ServeConfig | None = None
+) -> AsyncIterator[Address]:
     """Serve a robot in real time, driven by a thread of this process."""
     ready: asyncio.Future[Address] = asyncio.get_running_loop().create_future()
     stop = asyncio.Event()
-    config = ServeConfig(port=0)
+    config = config or ServeConfig(port=0)
     serving = asyncio.create_task(
         serve(world, cloud, config, cache=cache, ready=ready.set_result, stop=stop)
     )

@@ -14,7 +14,7 @@ from teleop.console.console_server import ConsoleServer
 from teleop.robot.serving.lan_access import lan_access
 from teleop.robot.serving.serve_config import ServeConfig
 from tests.teleop.console.conftest import Pages, Served, page_address
-from tests.teleop.robot.test_security import DRIVER, tokens
+from tests.teleop.robot.served_robots import DRIVER, tokens
 from tests.teleop.support import in_a_loop, soon
 
 pytestmark = [pytest.mark.process, pytest.mark.slow]

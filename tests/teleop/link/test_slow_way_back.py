@@ -20,7 +20,7 @@ from tests.teleop.rosbridge.server.test_server import CHATTER, in_a_loop, say, s
 RATE = 30_000
 """What the way back carries [bytes/s]."""
 MESSAGE = 3000
-"""Size of a message of which 20 are published in a second [bytes]: twice what the way back carries."""
+"""Size of a message of which 20 are published in a second, however busy the machine is [bytes]: twice what the way back carries."""
 
 
 async def _carry(source: asyncio.StreamReader, sink: asyncio.StreamWriter, rate: float) -> None:
@@ -64,6 +64,8 @@ class Seen:
     """What the server takes for the age of the command."""
     true: list[float] = field(default_factory=list)
     """How old the newest message was that the driver had when it sent the command."""
+    late: float = 0.0
+    """By how much a busy machine has prolonged a step of 50 ms at the most [s]."""
 
 
 async def drive(server: Server, driver: ClientConnection, seconds: float) -> Seen:
@@ -82,12 +84,17 @@ async def drive(server: Server, driver: ClientConnection, seconds: float) -> See
 
     server.protocol.topics.subscribe("/command", "std_msgs/String", arrived)
     watching = asyncio.create_task(watch())
-    for _ in range(round(20 * seconds)):
-        text = f"{server.now}".ljust(MESSAGE)
-        server.protocol.topics.publish("/chatter", {"data": text}, server.now)
+    begun, published, last = server.now, 0, server.now
+    while server.now - begun < seconds * SECOND:
+        while published < 20 * (server.now - begun) / SECOND:
+            text = f"{server.now}".ljust(MESSAGE)
+            server.protocol.topics.publish("/chatter", {"data": text}, server.now)
+            published += 1
         command = {"data": f"{server.now} {newest}"}
         await driver.send(json.dumps({"op": "publish", "topic": "/command", "msg": command}))
         await asyncio.sleep(0.05)
+        last, gone = server.now, server.now - last
+        seen.late = max(seen.late, gone / SECOND - 0.05)
     watching.cancel()
     return seen
 
@@ -107,7 +114,7 @@ async def test_command_with_a_stamp_is_as_old_as_what_its_driver_sees_over_a_slo
     assert seen.true[-1] > 1.5, "the proxy keeps what waits"
     # Pings go four times a second, and a message was published up to 50 ms before it was needed.
     short = [true - known for true, known in zip(seen.true, seen.estimated, strict=True)]
-    assert max(short) < 0.4
+    assert max(short) < 0.4 + seen.late
 
 
 @in_a_loop
@@ -118,7 +125,7 @@ async def test_driver_behind_a_slow_way_back_that_subscribes_to_nothing_is_not_s
         connect(url, close_timeout=0.1) as driver,
     ):
         seen = await drive(server, driver, 1.5)
-    assert max(seen.estimated[5:]) < 0.5
+    assert max(seen.estimated[5:]) < 0.5 + seen.late
 
 
 @in_a_loop
@@ -132,4 +139,4 @@ async def test_driver_beside_a_viewer_behind_a_slow_way_back_is_not_slowed() -> 
         await say(viewer, CHATTER)
         await say(driver, CHATTER)
         seen = await drive(server, driver, 1.5)
-    assert max(seen.estimated[5:]) < 0.5
+    assert max(seen.estimated[5:]) < 0.5 + seen.late

@@ -40,10 +40,9 @@ def _euler(filter_: AttitudeFilter) -> tuple[float, float, float]:
 @pytest.mark.long
 @pytest.mark.slow
 @pytest.mark.untraced
-@pytest.mark.parametrize("seed", [0, 1])
-def test_tilt_on_the_courtyards_ramps_is_within_a_degree_and_within_its_sigma(seed: int) -> None:
+def test_tilt_on_the_courtyards_ramps_is_within_a_degree_and_within_its_sigma() -> None:
     world = load_world("courtyard")
-    simulation, driver = Simulation(world, seed=seed), TourDriver(world.tour)
+    simulation, driver = Simulation(world, seed=0), TourDriver(world.tour)
     filter_, first = AttitudeFilter(), simulation.truth().map_from_base.yaw
     errors, sigmas, tilts = [], [], []
     while not driver.done and simulation.stamp < 90e9:

@@ -21,7 +21,7 @@ from websockets.asyncio.server import ServerConnection, serve as serve_websocket
 from localization.maps.cloud import Cloud
 from localization.maps.map_files import save_cloud
 from localization.types import SECOND
-from robot_sim import TICK_NS, World
+from robot_sim import TICK_NS
 from teleop.__main__ import main
 from teleop.robot.safety.control_state import SafetyConfig
 from teleop.robot.serving.address import Address
@@ -31,6 +31,7 @@ from teleop.scenario.session.station import COMMAND
 from teleop.scenario.tour.options import TourOptions, tour_scenario
 from tests.teleop.support import (
     ROOT,
+    InRealTime,
     Peer,
     Robots,
     command,
@@ -38,7 +39,6 @@ from tests.teleop.support import (
     in_a_loop,
     peer,
     position_of,
-    real_time,
     soon,
     stamp_of,
 )
@@ -82,32 +82,6 @@ async def at_full_speed(driver: Peer) -> None:
     await drive(driver, 0.0, steps=1)
     await drive(driver, 1.0, steps=17)
     assert driver.speed > FULL_SPEED
-
-
-@in_a_loop
-async def test_robot_brakes_at_once_when_its_drivers_connection_breaks(robots: Robots) -> None:
-    async with robots() as rig, peer(rig.server.url) as watcher:
-        await watcher.subscribe("/ground_truth/odom", "/teleop/state")
-        await watcher.settle()
-        async with peer(rig.server.url) as driver:
-            await at_full_speed(driver)
-            torn, before = rig.robot.simulation.truth(), driver.speed
-            driver.abort()
-            await rig.departure()
-        await watcher.settle()
-        after = [
-            m
-            for m in watcher.messages("/ground_truth/odom")
-            if stamp_of(m["header"]["stamp"]) > torn.stamp
-        ]
-        speeds = [m["twist"]["twist"]["linear"]["x"] for m in after]
-        assert speeds[1] < before - 0.02, "braking begins with the next tick"
-        assert abs(speeds[-1]) < 0.005
-        way = position_of(after[-1]) - torn.map_from_base.position[:2]
-        assert np.linalg.norm(way) <= STOPPING_DISTANCE
-        state = watcher.last("/teleop/state")
-        assert state["state"] == "idle"
-        assert state["reason"].endswith("disconnected")
 
 
 @in_a_loop
@@ -217,67 +191,50 @@ SLACK = 0.15
 @pytest.mark.long
 @pytest.mark.process
 @pytest.mark.slow
+@pytest.mark.parametrize(
+    ("end", "clients", "reason"),
+    [(signal.SIGKILL, 1, "disconnected"), (signal.SIGSTOP, 2, "no command for 0.")],
+    ids=["killed", "frozen"],
+)
 @in_a_loop
-async def test_robot_stops_when_its_operator_is_killed(
-    office: World, office_cloud: Cloud, cache: Path
+async def test_robot_stops_when_its_operator_is_killed_or_freezes_with_its_socket_open(
+    end: signal.Signals,
+    clients: int,
+    reason: str,
+    in_real_time: InRealTime,
 ) -> None:
     async with (
-        real_time(office, office_cloud, cache) as server,
+        in_real_time() as server,
         peer(server.url) as watcher,
         operator(server.url) as process,
     ):
         await until_fast(watcher)
         count = len(watcher.received)
-        process.kill()
-        await until_at_rest(watcher)
-        stop = Stop(watcher, count)
-        assert stop.oldest_command <= LONGEST
-        assert stop.delay <= LONGEST + SLACK
-        assert stop.distance <= STOPPING_DISTANCE
-        assert watcher.last("/teleop/state")["reason"].endswith("disconnected")
-
-
-@pytest.mark.long
-@pytest.mark.process
-@pytest.mark.slow
-@in_a_loop
-async def test_robot_stops_when_its_operator_freezes_and_keeps_the_socket_open(
-    office: World, office_cloud: Cloud, cache: Path
-) -> None:
-    async with (
-        real_time(office, office_cloud, cache) as server,
-        peer(server.url) as watcher,
-        operator(server.url) as process,
-    ):
-        await until_fast(watcher)
-        count = len(watcher.received)
-        process.send_signal(signal.SIGSTOP)
+        process.send_signal(end)
         await until_at_rest(watcher)
         await watcher.subscribe("/client_count")
         await watcher.until(lambda: watcher.messages("/client_count"))
-        assert watcher.last("/client_count")["data"] == 2, "nobody has hung up"
+        assert watcher.last("/client_count")["data"] == clients
         stop = Stop(watcher, count)
         assert stop.oldest_command <= LONGEST
         assert stop.delay <= LONGEST + SLACK
         assert stop.distance <= STOPPING_DISTANCE
-        assert any("no command for 0." in m["reason"] for m in stop.states)
-
-        # Awake again it sends full speed, and late pings; that alone starts nothing.
-        process.send_signal(signal.SIGCONT)
-        before = len(watcher.messages("/teleop/state"))
-        await watcher.until(lambda: len(watcher.messages("/teleop/state")) >= before + 10)
-        assert abs(watcher.speed) < 0.005
+        assert any(reason in m["reason"] for m in stop.states)
+        if end == signal.SIGSTOP:
+            # Awake again it sends full speed, and late pings; that alone starts nothing.
+            process.send_signal(signal.SIGCONT)
+            before = len(watcher.messages("/teleop/state"))
+            await watcher.until(lambda: len(watcher.messages("/teleop/state")) >= before + 10)
+            assert abs(watcher.speed) < 0.005
 
 
 @pytest.mark.long
 @pytest.mark.process
 @pytest.mark.slow
 @in_a_loop
-async def test_misbehaving_clients_do_not_disturb_the_driver(
-    office: World, office_cloud: Cloud, cache: Path
-) -> None:
+async def test_misbehaving_clients_do_not_disturb_the_driver(in_real_time: InRealTime) -> None:
     async with (
-        real_time(office, office_cloud, cache) as server,
+        in_real_time() as server,
         peer(server.url) as watcher,
         operator(server.url),
     ):
@@ -334,18 +291,6 @@ BARE = ("--no-viewer",)
 def one_line(text: str) -> str:
     (line,) = text.strip().splitlines()
     return line
-
-
-@pytest.mark.process
-@pytest.mark.slow
-@in_a_loop
-async def test_serve_on_a_taken_port_ends_with_one_line() -> None:
-    with socket.create_server(("127.0.0.1", 0)) as holder:
-        port = holder.getsockname()[1]
-        status, out, err = await command("serve", "--port", str(port))
-    assert status == 2
-    assert out == ""
-    assert one_line(err).startswith(f"farsteer: port {port} of 127.0.0.1 is in use")
 
 
 @asynccontextmanager
@@ -414,29 +359,19 @@ def test_operate_rejects_an_invalid_address(url: str, capsys: pytest.CaptureFixt
     assert "ws://127.0.0.1:9090" in one_line(err)
 
 
-@pytest.mark.process
-@in_a_loop
-async def test_operate_ends_its_process_with_one_line_and_the_status() -> None:
-    status, out, err = await command("operate", INVALID[0], *BARE)
-    assert (status, out.strip()) == (2, "")
-    assert "ws://127.0.0.1:9090" in one_line(err)
-
-
 @pytest.mark.long
 @pytest.mark.process
 @pytest.mark.slow
 @in_a_loop
 async def test_operate_draws_no_map_of_another_hash_and_continues(
     other_map: Path,
-    office: World,
-    office_cloud: Cloud,
-    cache: Path,
+    in_real_time: InRealTime,
     tmp_path: Path,
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     """The robot here serves no file, the operator's own is of another map, and it has downloaded none before."""
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
-    async with real_time(office, office_cloud, cache) as server:
+    async with in_real_time() as server:
         words = ("operate", server.url, "--map", str(other_map), "--no-viewer", "--duration", "4")
         status, out, err = await command(*words, "--record", str(tmp_path / "drive.rrd"))
     assert (status, err.strip()) == (0, "")
@@ -464,22 +399,3 @@ def test_station_with_another_map_does_not_drive(other_map: Path, tmp_path: Path
     assert "\n" not in outcome.ending
     assert outcome.figures["duration"] < 2.0
     assert outcome.status is ExitStatus.CLIENT_FAILED
-
-
-@pytest.mark.process
-@pytest.mark.slow
-@in_a_loop
-async def test_time_of_a_robot_in_real_time_can_be_stepped_by_nobody(
-    office: World, office_cloud: Cloud, cache: Path
-) -> None:
-    async with (
-        real_time(office, office_cloud, cache) as server,
-        peer(server.url) as thief,
-        peer(server.url) as client,
-    ):
-        await thief.send(op="advertise_service", service="/sim/step", type="std_srvs/srv/Trigger")
-        (refused,) = await thief.settle()
-        assert refused["level"] == "error"
-        good, values = await client.ask("/sim/step", ticks=1)
-        assert not good
-        assert values == "time passes by itself here; farsteer serve --lockstep has this service"

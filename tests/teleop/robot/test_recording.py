@@ -94,7 +94,7 @@ def test_localiser_keeps_its_pose_when_the_disk_of_its_log_is_full(
         with full_disk(estimator.pid):
             inbox = [PoseHint("", Hint(0, simulation.truth().map_from_base, np.zeros((6, 6))))]
             estimates: list[EstimateRecord] = []
-            for number in range(400):
+            for number in range(200):
                 record = drive.tick(number * 20_000_000, inbox)
                 inbox = []
                 estimator.channel.send(pack(DRIVEN, record))
@@ -111,4 +111,4 @@ def test_localiser_keeps_its_pose_when_the_disk_of_its_log_is_full(
         )
     finally:
         estimator.end(pack(OTHER, End()))
-    assert 0 < len(list(open_log(path))) < 400 * 5
+    assert 0 < len(list(open_log(path))) < 200 * 5

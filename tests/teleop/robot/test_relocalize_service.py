@@ -2,21 +2,14 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-
 import numpy as np
 import pytest
 
-from localization.maps.cloud import Cloud
-from robot_sim import World
 from teleop.errors import SettingError
 from teleop.operator.operate_config import OperateConfig
-from teleop.robot.serving.serve_config import ServeConfig
-from teleop.rosbridge import Client
-from teleop.rosbridge.errors import ServiceCallError
-from tests.teleop.robot.test_security import DRIVER, VIEWER, served, tokens
 from tests.teleop.support import (
     SPAWN,
+    InRealTime,
     Peer,
     Robots,
     arm,
@@ -26,7 +19,6 @@ from tests.teleop.support import (
     in_a_loop,
     peer,
     position_of,
-    real_time,
 )
 
 SEARCH = "/localization/relocalize"
@@ -72,21 +64,6 @@ async def test_lost_robot_proposes_where_it_stands_and_finds_itself_by_driving(
         assert error(client) < 0.05
 
 
-@pytest.mark.slow
-@in_a_loop
-async def test_robot_that_nobody_asks_searches_by_itself_after_five_seconds(robots: Robots) -> None:
-    async with robots() as rig, peer(rig.server.url) as client:
-        await listen(client)
-        await client.step(240)
-        assert client.last("/localization/status")["health"] == "waiting"
-        await client.step(160)
-        assert client.last("/localization/status")["health"] == "relocalising"
-        await arm(client)
-        await drive(client, 1.0, steps=30)
-        assert client.last("/localization/status")["health"] == "tracking"
-        assert error(client) < 0.05
-
-
 @in_a_loop
 async def test_one_search_at_a_time_and_one_request_a_second(robots: Robots) -> None:
     async with robots() as rig, peer(rig.server.url) as client, peer(rig.server.url) as other:
@@ -115,21 +92,6 @@ async def test_search_of_a_placed_robot_is_a_check_that_leaves_its_pose(robots: 
 
 
 @in_a_loop
-async def test_viewers_may_not_have_the_robot_searched_for(
-    office: World, office_cloud: Cloud, cache: Path, tmp_path: Path
-) -> None:
-    path = tmp_path / "audit.jsonl"
-    config = ServeConfig(tokens=tokens(tmp_path), audit=path, lost=True)
-    async with served(office, office_cloud, cache, config) as server:
-        async with Client(server.url, token=VIEWER) as viewer:
-            with pytest.raises(ServiceCallError, match="role view may not call"):
-                await viewer.call(SEARCH)
-        async with Client(server.url, token=DRIVER) as driver:
-            assert (await driver.call(SEARCH))["success"]
-    assert '"what":"relocalize"' in path.read_text().replace(" ", "")
-
-
-@in_a_loop
 async def test_search_that_the_robot_began_by_itself_gives_way_to_a_requested_one(
     robots: Robots,
 ) -> None:
@@ -151,10 +113,8 @@ async def test_search_that_the_robot_began_by_itself_gives_way_to_a_requested_on
 @pytest.mark.long
 @pytest.mark.process
 @in_a_loop
-async def test_operator_has_the_robot_found_with_an_option(
-    office: World, office_cloud: Cloud, cache: Path
-) -> None:
-    async with real_time(office, office_cloud, cache) as server:
+async def test_operator_has_the_robot_found_with_an_option(in_real_time: InRealTime) -> None:
+    async with in_real_time() as server:
         options = ("--no-viewer", "--duration", "8", "--find")
         status, out, err = await command("operate", server.url, *options)
     assert status == 0, err

@@ -13,10 +13,10 @@ from localization.pipeline.localizer import Localizer
 from localization.types import Hint, Inertial, Pose, Twist
 from robot_sim import TICK_NS, Simulation, World
 from teleop.joystick import VelocityRequest
-from teleop.robot.inbox import Disconnected, DriveCommand, EStop, EStopReset, InboxMessage, PoseHint
+from teleop.robot.inbox import Disconnected, DriveCommand, EStop, InboxMessage, PoseHint
 from teleop.robot.robot import Robot
-from teleop.robot.safety.control_state import ControlMode, SafetyConfig
-from teleop.robot.tick_record import Rejection, TickRecord
+from teleop.robot.safety.control_state import SafetyConfig
+from teleop.robot.tick_record import TickRecord
 
 NEUTRAL = DriveCommand("operator", VelocityRequest(Twist.planar(0.0, 0.0), enabled=True))
 FULL = DriveCommand("operator", VelocityRequest(Twist.planar(0.7, 0.0), enabled=True))
@@ -74,44 +74,6 @@ def test_robot_brakes_within_the_promised_distance_from_full_speed(robot: Robot,
     stopped = drive(robot, None, 75)
     assert abs(stopped.truth.twist.linear[0]) < 0.005
     assert np.linalg.norm(stopped.truth.map_from_base.position - braking) <= 0.35
-
-
-def test_robot_does_not_move_again_before_a_neutral_stick(robot: Robot) -> None:
-    drive(robot, NEUTRAL, 1)
-    drive(robot, FULL, 50)
-    drive(robot, None, 100)
-    tick = drive(robot, FULL, 50)
-    assert tick.control.control is ControlMode.DISARMED
-    assert tick.drive.rejections == (Rejection("operator", "send a neutral stick first"),)
-    assert abs(tick.truth.twist.linear[0]) < 0.005
-    drive(robot, NEUTRAL, 1)
-    assert drive(robot, FULL, 50).truth.twist.linear[0] > 0.3
-
-
-def test_estop_stays_until_it_is_reset(robot: Robot) -> None:
-    drive(robot, EStop("watcher"), 1)
-    drive(robot, NEUTRAL, 5)
-    assert drive(robot, FULL, 20).control.control is ControlMode.ESTOP
-    drive(robot, EStopReset("watcher"), 1)
-    drive(robot, NEUTRAL, 1)
-    assert drive(robot, FULL, 20).control.control is ControlMode.ARMED
-
-
-def test_only_the_newest_command_of_a_burst_counts(robot: Robot) -> None:
-    drive(robot, NEUTRAL, 1)
-    stale = [DriveCommand("operator", VelocityRequest(Twist.planar(0.7, 0.0), enabled=True))] * 200
-    tick = robot.tick(robot.simulation.stamp, (*stale, NEUTRAL))
-    assert not tick.control.twist.linear.any()
-
-
-def test_second_driver_is_rejected_with_the_drivers_name(robot: Robot) -> None:
-    drive(robot, NEUTRAL, 1)
-    other = DriveCommand("other", VelocityRequest(Twist.planar(0.3, 0.0), enabled=True))
-    tick = robot.tick(robot.simulation.stamp, (FULL, other))
-    assert tick.control.controller == "operator"
-    (rejection,) = tick.drive.rejections
-    assert rejection.client == "other"
-    assert "operator drives" in rejection.reason
 
 
 def test_truth_is_out_of_the_localisers_reach(robot: Robot) -> None:

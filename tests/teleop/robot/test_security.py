@@ -2,14 +2,11 @@
 
 from __future__ import annotations
 
-import asyncio
 import json
 import os
 import re
 import signal
 import ssl
-from collections.abc import AsyncIterator
-from contextlib import asynccontextmanager
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -19,72 +16,40 @@ from websockets.asyncio.client import connect
 
 from localization.maps.cloud import Cloud
 from robot_sim import World
+from robot_sim.errors import CameraError
 from teleop.errors import SettingError
 from teleop.operator.operate import client_for
 from teleop.operator.operate_config import OperateConfig
 from teleop.robot.audit.audit_file import AuditError
 from teleop.robot.serve import serve
-from teleop.robot.serving.address import Address
 from teleop.robot.serving.greeting import greeting
 from teleop.robot.serving.serve_config import ServeConfig
 from teleop.robot.serving.server_setup import ROLES, address_of
 from teleop.rosbridge import Client, Role, Server
 from teleop.rosbridge.errors import ServerError, ServiceCallError
 from teleop.scene_clouds import scene_cloud_path
+from tests.teleop.robot.served_robots import (
+    ADMIN,
+    DRIVER,
+    OTHER,
+    TOKENS,
+    VIEWER,
+    Serving,
+    tokens,
+)
 from tests.teleop.rosbridge.auth.test_authentication import certificate
 from tests.teleop.rosbridge.server.test_server import until
-from tests.teleop.support import ROOT, command, in_a_loop, soon
-
-DRIVER, OTHER, ADMIN, VIEWER = (f"{name}-of-whom-nobody-knows" for name in "doav")
-TOKENS = f"""
-[tokens.driver]
-role = "operate"
-token = "{DRIVER}"
-[tokens.other]
-role = "operate"
-token = "{OTHER}"
-[tokens.boss]
-role = "admin"
-token = "{ADMIN}"
-[tokens.viewer]
-role = "view"
-token = "{VIEWER}"
-"""
-
-
-def tokens(folder: Path) -> Path:
-    path = folder / "tokens.toml"
-    path.touch(mode=0o600)
-    path.write_text(TOKENS)
-    return path
-
-
-@asynccontextmanager
-async def served(
-    world: World, cloud: Cloud, cache: Path, config: ServeConfig
-) -> AsyncIterator[Address]:
-    """A robot in lockstep."""
-    ready: asyncio.Future[Address] = asyncio.get_running_loop().create_future()
-    stop = asyncio.Event()
-    config = replace(config, port=0, lockstep=True)
-    serving = asyncio.create_task(
-        serve(world, cloud, config, cache=cache, ready=ready.set_result, stop=stop)
-    )
-    try:
-        yield await soon(ready)
-    finally:
-        stop.set()
-        await serving
+from tests.teleop.support import ROOT, in_a_loop
 
 
 @in_a_loop
 async def test_commands_are_audited_line_by_line_without_secrets(
-    office: World, office_cloud: Cloud, cache: Path, tmp_path: Path
+    serving: Serving, tmp_path: Path
 ) -> None:
     path = tmp_path / "audit.jsonl"
     config = ServeConfig(tokens=tokens(tmp_path), audit=path)
     async with (
-        served(office, office_cloud, cache, config) as server,
+        serving(config) as server,
         Client(server.url, token=DRIVER) as driver,
     ):
         await driver.advertise("/cmd_vel", "geometry_msgs/Twist")
@@ -95,6 +60,7 @@ async def test_commands_are_audited_line_by_line_without_secrets(
         hint = {"header": {"frame_id": "map"}, "pose": {"pose": {"position": {"x": 500.0}}}}
         hint["pose"]["pose"]["orientation"] = {"w": 1.0}  # type: ignore[index]
         await driver.publish("/initialpose", hint)
+        await driver.call("/localization/relocalize")
         async with Client(server.url, token=VIEWER) as viewer:
             await viewer.call("/teleop/estop")
         await driver.publish("/cmd_vel", {"linear": {"x": 0.5}})
@@ -107,6 +73,7 @@ async def test_commands_are_audited_line_by_line_without_secrets(
         ("connected", "driver"),
         *[("drive", "driver")] * 3,  # the same wish again is no news
         ("hint", "driver"),
+        ("relocalize", "driver"),
         ("connected", "viewer"),
         ("e-stop", "viewer"),
         ("disconnected", "viewer"),
@@ -159,12 +126,10 @@ ATTEMPTS: tuple[tuple[str, dict[str, Any], str], ...] = (
 
 
 @in_a_loop
-async def test_rejected_operations_are_audited(
-    office: World, office_cloud: Cloud, cache: Path, tmp_path: Path
-) -> None:
+async def test_rejected_operations_are_audited(serving: Serving, tmp_path: Path) -> None:
     path = tmp_path / "audit.jsonl"
     config = ServeConfig(tokens=tokens(tmp_path), audit=path)
-    async with served(office, office_cloud, cache, config) as server:
+    async with serving(config) as server:
         for token in (DRIVER, VIEWER):
             headers = {"Authorization": f"Bearer {token}"}
             async with connect(server.url, additional_headers=headers) as client:
@@ -191,12 +156,12 @@ async def test_rejected_operations_are_audited(
 
 @in_a_loop
 async def test_estop_is_reset_by_its_token_or_an_admin_only(
-    office: World, office_cloud: Cloud, cache: Path, tmp_path: Path
+    serving: Serving, tmp_path: Path
 ) -> None:
     path = tmp_path / "audit.jsonl"
     config = ServeConfig(tokens=tokens(tmp_path), audit=path)
     async with (
-        served(office, office_cloud, cache, config) as server,
+        serving(config) as server,
         Client(server.url, token=OTHER) as other,
     ):
         async with Client(server.url, token=DRIVER) as driver:
@@ -220,12 +185,12 @@ async def test_estop_is_reset_by_its_token_or_an_admin_only(
 
 @in_a_loop
 async def test_removing_a_token_from_the_file_disconnects_its_client(
-    office: World, office_cloud: Cloud, cache: Path, tmp_path: Path
+    serving: Serving, tmp_path: Path
 ) -> None:
     path, log = tokens(tmp_path), tmp_path / "audit.jsonl"
     config = ServeConfig(tokens=path, audit=log)
     async with (
-        served(office, office_cloud, cache, config) as server,
+        serving(config) as server,
         Client(server.url, token=OTHER) as other,
     ):
         driver = Client(server.url, token=DRIVER, reconnect=False)
@@ -249,13 +214,13 @@ async def test_removing_a_token_from_the_file_disconnects_its_client(
 
 @in_a_loop
 async def test_operator_authenticates_at_an_encrypted_robot(
-    office: World, office_cloud: Cloud, cache: Path, tmp_path: Path
+    serving: Serving, office: World, office_cloud: Cloud, tmp_path: Path
 ) -> None:
     crt, key = certificate(tmp_path)
     secret = tmp_path / "token"
     secret.write_text(f"{DRIVER}\n")
     config = ServeConfig(tokens=tokens(tmp_path), tls_cert=crt, tls_key=key)
-    async with served(office, office_cloud, cache, config) as server:
+    async with serving(config) as server:
         operator = OperateConfig(server.url, scene_cloud_path("office"), token=secret, ca=crt)
         async with client_for(operator) as client:
             assert (await client.call("/teleop/estop"))["success"]
@@ -325,7 +290,11 @@ def test_documentation_lists_the_rules_of_each_role() -> None:
 def test_view_role_may_only_latch_the_estop() -> None:
     rules = ROLES[Role.VIEW]
     assert rules.allow("call", "/teleop/estop")
-    for service in ("/teleop/estop_reset", "/teleop/take_over", "/sim/step"):
+    assert rules.allow("call", "/teleop/link")
+    for service in (
+        *("/teleop/estop_reset", "/teleop/take_over", "/teleop/give", "/sim/step"),
+        *("/localization/preview_hint", "/localization/relocalize"),
+    ):
         assert not rules.allow("call", service)
     for topic in ("/joy", "/unity/joy", "/cmd_vel", "/initialpose"):
         assert not rules.allow("publish", topic)
@@ -336,19 +305,10 @@ async def test_unusable_settings_are_reported_before_listening(
     office: World, office_cloud: Cloud, cache: Path
 ) -> None:
     for config, why in (
+        (ServeConfig(camera="kinetc"), "kinetc.*kinect"),
+        (ServeConfig(camera="kinetc", lockstep=True), "kinetc.*kinect"),
         (ServeConfig(audit=Path("/dev/full")), "cannot write the audit log /dev/full: No space"),
         (ServeConfig(origins=("lab.example",)), "'lab.example' is not a valid origin"),
     ):
-        with pytest.raises((ServerError, AuditError), match=why):
+        with pytest.raises((ServerError, AuditError, CameraError), match=why):
             await serve(office, office_cloud, replace(config, port=0), cache=cache)
-
-
-@pytest.mark.process
-@in_a_loop
-async def test_command_prints_one_line_about_an_open_token_file(tmp_path: Path) -> None:
-    path = tokens(tmp_path)
-    path.chmod(0o644)
-    status, _, text = await command("serve", "--port", "0", "--tokens", str(path))
-    assert status == 2
-    assert "is accessible to others: chmod 600 tokens.toml" in text
-    assert "Traceback" not in text

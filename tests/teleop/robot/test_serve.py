@@ -17,7 +17,7 @@ from teleop.robot.serving.address import Address
 from teleop.robot.serving.serve_config import ServeConfig
 from teleop.rosbridge import Client
 from teleop.scene_clouds import scene_cloud_path
-from tests.teleop.robot.test_security import served
+from tests.teleop.robot.served_robots import Serving
 from tests.teleop.support import arm, in_a_loop, peer, soon
 
 
@@ -84,10 +84,10 @@ def _head(port: int) -> tuple[int, str | None, int]:
 )
 @in_a_loop
 async def test_type_names_follow_the_selected_ros_generation(
-    ros1: bool, odometry: str, log: str, office: World, office_cloud: Cloud, cache: Path
+    ros1: bool, odometry: str, log: str, serving: Serving
 ) -> None:
     config = ServeConfig(ros1=ros1)
-    async with served(office, office_cloud, cache, config) as server, Client(server.url) as client:
+    async with serving(config) as server, Client(server.url) as client:
         listed = await client.call("/rosapi/topics")
         types = dict(zip(listed["topics"], listed["types"], strict=True))
         assert (types["/odom"], types["/rosout"]) == (odometry, log)

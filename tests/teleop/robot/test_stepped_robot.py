@@ -7,41 +7,50 @@ from pathlib import Path
 import pytest
 
 from localization.maps.cloud import Cloud
+from localization.maps.prepared_map import prepare
 from localization.types import Twist
 from robot_sim import TICK_NS, World
 from teleop.joystick import VelocityRequest
+from teleop.robot.assembly import RobotParts, build_stepped_robot
 from teleop.robot.inbox import DriveCommand, EStop
+from teleop.robot.serving.serve_config import ServeConfig
+from teleop.robot.stepped_robot import SteppedRobot
 from teleop.robot.tick_record import TickRecord
-from tests.teleop.scenario.operators.support import Stage
+from teleop.scenario.operators.memory_transport import MemoryTransport
 
 
 @pytest.fixture
-def stage(office: World, office_cloud: Cloud, cache: Path) -> Stage:
-    return Stage(office, office_cloud, cache, known=False)
+def stepped(office: World, office_cloud: Cloud, cache: Path) -> SteppedRobot:
+    prepared, config = prepare(office_cloud, cache=cache), ServeConfig(port=0, lockstep=True)
+    return build_stepped_robot(RobotParts(office), office_cloud, prepared, config)
 
 
-def test_tick_takes_what_clients_want_and_hands_its_record_to_each_observer(stage: Stage) -> None:
+def test_tick_takes_what_clients_want_and_hands_its_record_to_each_observer(
+    stepped: SteppedRobot,
+) -> None:
     seen: list[TickRecord] = []
-    stage.stepped.observers += (seen.append,)
-    stage.adapter.wishes.post(EStop("ann"))
-    tick = stage.stepped.tick()
+    ticks: list[TickRecord] = []
+    stepped.observers = (ticks.append, seen.append)
+    stepped.adapter.wishes.post(EStop("ann"))
+    tick = stepped.tick()
     assert tick.inbox == (EStop("ann"),)
-    assert seen == stage.ticks == [tick]
-    assert stage.stepped.tick().inbox == ()
-    assert stage.stepped.stamp == 2 * TICK_NS
+    assert seen == ticks == [tick]
+    assert stepped.tick().inbox == ()
+    assert stepped.stamp == 2 * TICK_NS
 
 
-def test_other_inbox_replaces_what_clients_want(stage: Stage) -> None:
+def test_other_inbox_replaces_what_clients_want(stepped: SteppedRobot) -> None:
     neutral = DriveCommand("bob", VelocityRequest(Twist.planar(0.0, 0.0), enabled=True))
-    stage.adapter.wishes.post(EStop("ann"))
-    stage.stepped.inbox = lambda: (neutral,)
-    tick = stage.stepped.tick()
+    stepped.adapter.wishes.post(EStop("ann"))
+    stepped.inbox = lambda: (neutral,)
+    tick = stepped.tick()
     assert tick.inbox == (neutral,)
     assert (tick.control.control, tick.control.controller) == ("armed", "bob")
 
 
-def test_observers_see_a_tick_after_its_topics_are_published(stage: Stage) -> None:
-    wire = stage.transport.connect()
+def test_observers_see_a_tick_after_its_topics_are_published(stepped: SteppedRobot) -> None:
+    protocol = stepped.gateway.server.protocol
+    wire = MemoryTransport(protocol, lambda: stepped.stamp).connect()
     heard: list[int] = []
     seen: list[int] = []
     wire.subscribe("/imu/data", "sensor_msgs/msg/Imu", lambda message: heard.append(1))
@@ -50,16 +59,16 @@ def test_observers_see_a_tick_after_its_topics_are_published(stage: Stage) -> No
         wire.deliver()
         seen.append(len(heard))
 
-    stage.stepped.observers += (observe,)
-    stage.stepped.tick()
+    stepped.observers += (observe,)
+    stepped.tick()
     assert seen == [1]
 
 
-def test_timers_of_the_server_run_by_the_time_of_the_tick(stage: Stage) -> None:
+def test_timers_of_the_server_run_by_the_time_of_the_tick(stepped: SteppedRobot) -> None:
     rung: list[int] = []
-    stage.protocol.timers.at(3 * TICK_NS, rung.append)
+    stepped.gateway.server.protocol.timers.at(3 * TICK_NS, rung.append)
     for _ in range(2):
-        stage.stepped.tick()
+        stepped.tick()
     assert rung == []
-    stage.stepped.tick()
+    stepped.tick()
     assert rung == [3 * TICK_NS]

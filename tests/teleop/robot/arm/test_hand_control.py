@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 
 import numpy as np
 import pytest
@@ -124,31 +123,6 @@ def test_a_reach_is_followed_to_its_end_within_the_bounds() -> None:
     assert arm.step.finding.reason == ""
 
 
-def test_the_gripper_points_as_the_hand_does() -> None:
-    arm = Arm()
-    pointing, turn = arm.tip[:3, 0], np.array([0.0, -0.3, 0.3])
-    for tick in range(80):
-        arm.hand(0.0, 0.0, 0.0, rotation=so3_exp(min(1.0, tick / 40) * turn))
-    np.testing.assert_allclose(arm.tip[:3, 0], so3_exp(turn) @ pointing, atol=5e-3)
-
-
-@pytest.mark.parametrize(
-    "wish",
-    [
-        ArmTwist((0.0, 0.1, 0.0), (0.0, 0.0, 0.0)),
-        ArmTwist((0.0, 0.1, 0.0), (0.0, 0.0, 0.0), "base_link"),
-    ],
-)
-def test_a_twist_moves_the_tip_straight_with_its_pointing_kept(wish: ArmTwist) -> None:
-    arm = Arm()
-    begin = arm.tip
-    for _ in range(50):
-        arm.tick(wish)
-    moved = arm.tip[:3, 3] - begin[:3, 3]
-    np.testing.assert_allclose(moved, [0.0, 0.1, 0.0], atol=5e-3)
-    np.testing.assert_allclose(arm.tip[:3, 0], begin[:3, 0], atol=5e-3)
-
-
 def test_rates_move_the_joints_and_stop_before_their_limits_with_words() -> None:
     arm = Arm()
     for _ in range(200):
@@ -157,24 +131,6 @@ def test_rates_move_the_joints_and_stop_before_their_limits_with_words() -> None
     assert arm.step.finding.hindrance is Hindrance.LIMIT
     assert arm.step.finding.reason == "shoulder is at its limit of 135 degrees"
     np.testing.assert_allclose(arm.motion.angles[[0, 2, 3, 4]], READY[[0, 2, 3, 4]], atol=1e-6)
-
-
-def test_a_pose_leads_the_tip_there() -> None:
-    arm = Arm()
-    goal = KINEMATICS.tip(READY + [0.4, -0.3, 0.2, 0.1, 0.2])
-    for _ in range(80):
-        arm.tick(TipTarget(Pose.from_rotation(goal[:3, 3], goal[:3, :3])))
-    assert _far(arm, goal[:3, 3]) < 5e-4
-
-
-def test_a_share_of_the_speed_is_obeyed() -> None:
-    arm = Arm()
-    fastest = 0.0
-    for _ in range(60):
-        step = arm.control.tick(JointJog((3.5, 0, 0, 0, 0)), arm.motion, 0.2)
-        arm.motion = step.motion
-        fastest = max(fastest, float(arm.motion.rates[0]))
-    assert fastest == pytest.approx(0.2 * 3.5, rel=0.05)
 
 
 def test_another_kind_of_wish_begins_where_the_arm_stands() -> None:
@@ -210,15 +166,6 @@ def test_a_hand_that_is_lost_and_jumps_by_73_cm_moves_the_tip_by_less_than_2_mm(
     assert _far(arm, place) > 0.04
 
 
-def test_a_moving_arm_that_is_held_stops_within_the_bounds() -> None:
-    arm = Arm()
-    arm.lead(np.array([0.0, 0.2, 0.0]), 50)
-    arm.lead(np.array([0.0, 0.1, 0.0]), 20)
-    for _ in range(12):
-        arm.motion = arm.control.hold(arm.motion).motion
-    assert arm.motion.resting
-
-
 # Out of reach
 
 
@@ -245,38 +192,6 @@ def test_a_hand_parked_out_of_reach_leaves_a_calm_arm_that_comes_back_as_it_was(
 
 
 # Limits and branches
-
-
-def test_a_wrist_at_its_roll_limit_stays_says_so_and_offers_to_turn_over() -> None:
-    """As of a hand that points 60 degrees to the left, and goes on from looking down to looking up."""
-
-    def looking(elevation: float) -> Pose:
-        pitch = -np.radians(elevation)
-        return Pose.from_euler((0.15, 0.1, 0.25), pitch=pitch, yaw=np.radians(60.0))
-
-    below = looking(-15.0)
-    arm = Arm(solutions(KINEMATICS, below.position, below.rotation[:, 0])[0])
-    for elevation in np.linspace(-15.0, 25.0, 100):
-        arm.tick(TipTarget(looking(elevation)))
-    for _ in range(60):
-        arm.tick(TipTarget(looking(25.0)))
-    finding = arm.step.finding
-    assert finding.hindrance is Hindrance.LIMIT
-    assert finding.reason == "wrist roll is at its limit of 90 degrees"
-    assert np.abs(arm.motion.rates).max() < 0.01
-    assert finding.way_out == "turn_over"
-    assert finding.turned_over is not None
-    assert arm.step.target is not None
-    there = KINEMATICS.tip(finding.turned_over)
-    np.testing.assert_allclose(there[:3, 3], arm.step.target.position, atol=1e-9)
-    np.testing.assert_allclose(there[:3, 0], arm.step.target.pointing, atol=1e-9)
-    # Turned over, the same hand has its way.
-    arm.motion = Motion.at_rest(finding.turned_over)
-    arm.control.let_go()
-    pose = Pose.from_rotation(there[:3, 3], there[:3, :3])
-    for _ in range(30):
-        arm.tick(TipTarget(pose))
-    assert arm.step.finding.reason == ""
 
 
 def test_a_hand_that_trembles_is_offered_to_turn_over_as_well() -> None:
@@ -342,46 +257,3 @@ def test_a_hand_that_goes_into_a_box_leaves_the_arm_before_it_with_words() -> No
             arm.hand(*(back * tip[:3, 0]))
     assert _far(arm, tip[:3, 3]) < 1e-3
     assert arm.step.finding.reason == ""
-
-
-def _wander(chance: np.random.Generator) -> Callable[[], tuple[FloatArray, FloatArray]]:
-    """Return a hand that goes here and there with up to 0.6 m/s, without looking."""
-    place, speed = np.zeros(3), np.zeros(3)
-    turn, spin = np.eye(3), np.zeros(3)
-
-    def go() -> tuple[FloatArray, FloatArray]:
-        nonlocal place, speed, turn, spin
-        speed = 0.96 * speed + chance.normal(size=3) * 0.08 - 0.01 * place
-        speed *= min(1.0, 0.6 / max(1e-9, float(np.linalg.norm(speed))))
-        spin = 0.96 * spin + chance.normal(size=3) * 0.3
-        place, turn = place + 0.02 * speed, so3_exp(0.02 * spin) @ turn
-        return place, turn
-
-    return go
-
-
-@pytest.mark.long
-@pytest.mark.slow
-def test_in_10_000_steps_of_hands_among_boxes_nothing_is_nearer_than_the_margin() -> None:
-    held = steps = 0
-    for seed in range(10):
-        chance = np.random.default_rng(seed)
-        boxes = [
-            (chance.uniform((0.1, -0.4, 0.0), (0.45, 0.4, 0.6)), chance.uniform(0.015, 0.05))
-            for _ in range(12)
-        ]
-        clearance = _among(*boxes)
-        starts = chance.uniform(LOWER, UPPER, (500, 5))
-        arm = Arm(next(q for q in starts if clearance.distance(q) > 0.02), clearance)
-        go = _wander(chance)
-        for _ in range(1000):
-            place, turn = go()
-            before = arm.motion.angles
-            arm.hand(*place, rotation=turn)
-            for share in (0.5, 1.0):
-                between = before + share * (arm.motion.angles - before)
-                assert clearance.distance(between) > MARGIN - 5e-4
-            assert clearance.distance(arm.motion.angles) >= MARGIN - 1e-9
-            held += arm.step.share == 0.0
-            steps += 1
-    assert held <= 0.1 * steps

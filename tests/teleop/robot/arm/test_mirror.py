@@ -40,12 +40,6 @@ def follow(
     return state
 
 
-def test_without_a_second_arm_there_is_nothing_to_say() -> None:
-    mirror = ArmMirror(TABLE)
-    mirror.moved(0, hand(0.0))
-    assert mirror.state(0) is None
-
-
 @pytest.mark.parametrize("delay", [0.0, 0.013, 0.06, 0.2, 0.41])
 def test_the_delay_is_found_from_the_motion(delay: float) -> None:
     state = follow(ArmMirror(TABLE), 0.0, 4.0, delay)

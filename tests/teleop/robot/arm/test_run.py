@@ -97,12 +97,6 @@ def test_a_pause_stands_still_and_is_resumed_where_it_was() -> None:
     assert run_through(run)[-1].done
 
 
-def test_the_same_course_is_run_to_the_bit() -> None:
-    runs = [run_through(Run(swinging())) for _ in range(2)]
-    for one, other in zip(*runs, strict=True):
-        np.testing.assert_array_equal(one.motion.angles, other.motion.angles)
-
-
 def test_an_empty_course_is_done_at_once() -> None:
     step = Run(Course((), np.ones(5), np.ones(5))).step()
     assert step.done

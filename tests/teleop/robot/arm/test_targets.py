@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 from localization.geometry import FloatArray, so3_exp
-from localization.types import SECOND, Pose
+from localization.types import Pose
 from robot_sim.arm.arm_table import load_arm
 from robot_sim.arm.kinematics import Kinematics
-from teleop.robot.arm.arm_commands import ArmTwist, Hand, TipTarget
+from teleop.robot.arm.arm_commands import ArmTwist, TipTarget
 from teleop.robot.arm.targets import Targets
 
 TIP = Kinematics(load_arm()).tip(load_arm().poses["ready"])
@@ -85,8 +85,3 @@ def test_poses_that_follow_each_other_have_a_velocity_and_leaps_have_none(
     np.testing.assert_allclose(take(0.4), 0.0)
     targets.pause()
     np.testing.assert_allclose(take(0.404), 0.0)
-
-
-def test_a_hand_that_does_not_count_wants_nothing(targets: Targets) -> None:
-    hand = Hand(Pose.identity(), True, tracked=False, stamp=SECOND)
-    assert targets.take(hand, TIP) is None

@@ -55,19 +55,6 @@ def test_repeated_attempts_are_logged_once_a_second_and_counted() -> None:
     assert len(rig.logged("refused")) == len(own) + 1  # the other's is among them
 
 
-def test_constant_reconnection_fills_no_disk() -> None:
-    rig = Rig()
-    for number in range(6000):
-        rig.now = number * SECOND // 100
-        rig.protocol.disconnect(rig.protocol.connect(rig.now), rig.now)
-    rig.audit.end()
-    for kind in ("connected", "disconnected"):
-        assert 350 < len(rig.logged(kind)) < 450  # a burst of 100, and then five a second
-        assert len(rig.logged(kind)) + rig.suppressed(kind) == 6000
-    assert len(rig.lines) < 1000
-    assert max(len(json.dumps(line)) for line in rig.lines) < 10_000
-
-
 def test_excessive_rate_is_logged_once_and_when_it_ends_the_connection() -> None:
     rig = Rig(ClientLimits(messages=10, burst=1))
     client = rig.protocol.connect(0, "10.0.0.6:1")

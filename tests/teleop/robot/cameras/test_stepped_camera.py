@@ -3,13 +3,10 @@
 from __future__ import annotations
 
 import asyncio
-import base64
-import json
 from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager
 from dataclasses import dataclass
 from io import BytesIO
-from typing import Any
 
 import numpy as np
 import pytest
@@ -20,12 +17,14 @@ from robot_sim import Simulation, World
 from robot_sim.cameras import CameraFrame, VisualState, camera_named
 from teleop.robot.cameras.camera_topics import CAMERA_TOPICS, PICTURE_TOPICS
 from teleop.robot.cameras.stepped_camera import SteppedCamera
+from teleop.robot.serving.serve_config import ServeConfig
 from teleop.ros_types import registry
 from teleop.rosbridge.limits import ClientLimits
 from teleop.rosbridge.protocol.connection import Connection
 from teleop.rosbridge.protocol.observers import Observer
 from teleop.rosbridge.protocol.protocol import Protocol
 from teleop.rosbridge.server.server import Server
+from tests.teleop.robot.served_robots import Serving
 from tests.teleop.support import Peer, in_a_loop, peer, stamp_of
 
 SMALL = camera_named("small")
@@ -110,18 +109,6 @@ async def test_each_topic_comes_with_the_stamps_at_which_frames_are_due(office: 
         assert list(info["k"]) == list(SMALL.k)
 
 
-@pytest.mark.parametrize("compression", ["none", "png", "cbor"])
-@in_a_loop
-async def test_images_come_in_each_encoding_of_the_wire(office: World, compression: str) -> None:
-    async with turning(office) as rig, peer(rig.server.url) as client:
-        await subscribed(client, "/camera/rgb/image_raw", JPEG, compression=compression)
-        rig.tick(4)
-        await client.settle()
-        messages = {m["topic"]: m["msg"] for m in map(_published, client.received) if m}
-        assert len(_bytes(messages["/camera/rgb/image_raw"]["data"])) == 320 * 240 * 3
-        assert Image.open(BytesIO(_bytes(messages[JPEG]["data"]))).size == (320, 240)
-
-
 @in_a_loop
 async def test_two_runs_give_the_same_bytes(office: World) -> None:
     seen = []
@@ -173,12 +160,14 @@ async def test_clients_cannot_publish_pictures(office: World) -> None:
         assert len(refused) == len(PICTURE_TOPICS)
 
 
-def _published(operation: dict[str, Any]) -> dict[str, Any] | None:
-    if operation["op"] == "png":
-        pixels = Image.open(BytesIO(base64.b64decode(operation["data"]))).tobytes()
-        operation = json.loads(pixels.rstrip(b"\n"))
-    return operation if operation["op"] == "publish" else None
-
-
-def _bytes(data: str | bytes) -> bytes:
-    return base64.b64decode(data) if isinstance(data, str) else data
+@pytest.mark.slow
+@in_a_loop
+async def test_answer_of_a_step_is_behind_the_pictures_of_its_ticks(serving: Serving) -> None:
+    config = ServeConfig(camera="small", lost=True)
+    async with serving(config) as server, peer(server.url) as client:
+        await client.subscribe(JPEG, "/tf_static", compression="cbor")
+        await client.step(10)
+        stamps = [stamp_of(message["header"]["stamp"]) for message in client.messages(JPEG)]
+        assert stamps == [80_000_000, 140_000_000, 200_000_000]
+        frames = {t["child_frame_id"] for t in client.last("/tf_static")["transforms"]}
+        assert {"camera_link", client.last(JPEG)["header"]["frame_id"]} <= frames

@@ -8,12 +8,10 @@ from pathlib import Path
 import pytest
 from websockets.asyncio.client import ClientConnection, connect
 
-from localization.maps.cloud import Cloud
-from robot_sim import World
 from teleop.robot.serving.serve_config import ServeConfig
 from teleop.rosbridge import Client
 from teleop.rosbridge.errors import ServiceCallError
-from tests.teleop.robot.test_security import ADMIN, DRIVER, OTHER, VIEWER, served, tokens
+from tests.teleop.robot.served_robots import ADMIN, DRIVER, OTHER, VIEWER, Serving, tokens
 from tests.teleop.support import Robots, in_a_loop, peer
 
 SERVICE = "/teleop/disconnect_client"
@@ -33,13 +31,13 @@ async def last_words(connection: ClientConnection) -> str:
 @pytest.mark.slow
 @in_a_loop
 async def test_viewer_who_presses_for_fun_is_barred_with_a_reason_and_stands_in_the_audit(
-    office: World, office_cloud: Cloud, cache: Path, tmp_path: Path
+    serving: Serving, tmp_path: Path
 ) -> None:
     path = tokens(tmp_path)
     path.write_text('anonymous = "view"\n' + path.read_text())
     config = ServeConfig(tokens=path, audit=tmp_path / "audit.jsonl")
     async with (
-        served(office, office_cloud, cache, config) as server,
+        serving(config) as server,
         Client(server.url, token=DRIVER) as driver,
         connect(server.url, proxy=None) as viewer,
     ):
@@ -73,11 +71,11 @@ async def test_viewer_who_presses_for_fun_is_barred_with_a_reason_and_stands_in_
 @pytest.mark.slow
 @in_a_loop
 async def test_operators_bar_neither_themselves_nor_admins_and_viewers_bar_nobody(
-    office: World, office_cloud: Cloud, cache: Path, tmp_path: Path
+    serving: Serving, tmp_path: Path
 ) -> None:
     config = ServeConfig(tokens=tokens(tmp_path))
     async with (
-        served(office, office_cloud, cache, config) as server,
+        serving(config) as server,
         Client(server.url, token=DRIVER) as driver,
         Client(server.url, token=DRIVER) as twin,
         Client(server.url, token=ADMIN) as admin,

@@ -3,17 +3,10 @@
 from __future__ import annotations
 
 import asyncio
-from pathlib import Path
 
-import pytest
-
-from localization.maps.cloud import Cloud
-from robot_sim import World
 from teleop.robot.clients.link_service import serve_link
-from teleop.robot.serving.serve_config import ServeConfig
 from teleop.ros_types import registry
-from teleop.rosbridge import Client, Protocol, Server
-from tests.teleop.robot.test_security import VIEWER, served, tokens
+from teleop.rosbridge import Protocol, Server
 from tests.teleop.rosbridge.server.test_server import stall
 from tests.teleop.support import Robots, in_a_loop, peer
 
@@ -74,16 +67,3 @@ async def test_dropped_messages_of_a_client_that_reads_slowly_are_counted() -> N
         assert values["sent"][0] + values["dropped"][0] == 40
         assert values["bytes"] >= sum(len(f) for f in client.frames if isinstance(f, bytes))
         assert 0.0 < values["round_trip"] < 60.0
-
-
-@in_a_loop
-async def test_viewers_may_ask_for_their_link(
-    office: World, office_cloud: Cloud, cache: Path, tmp_path: Path
-) -> None:
-    config = ServeConfig(tokens=tokens(tmp_path))
-    async with (
-        served(office, office_cloud, cache, config) as server,
-        Client(server.url, token=VIEWER) as viewer,
-    ):
-        await viewer.subscribe("/map_info", "farsteer_msgs/MapInfo", lambda message: None)
-        assert (await viewer.call(LINK))["sent"] == pytest.approx([1])

@@ -7,12 +7,10 @@ from typing import Any
 
 import pytest
 
-from localization.maps.cloud import Cloud
-from robot_sim import World
 from teleop.robot.serving.serve_config import ServeConfig
 from teleop.rosbridge import Client
 from teleop.rosbridge.errors import ServiceCallError
-from tests.teleop.robot.test_security import DRIVER, OTHER, VIEWER, served, tokens
+from tests.teleop.robot.served_robots import DRIVER, OTHER, VIEWER, Serving, tokens
 from tests.teleop.support import Peer, Robots, arm, in_a_loop, peer
 
 ASK, GIVE, REFUSE = "/teleop/ask", "/teleop/give", "/teleop/refuse"
@@ -81,27 +79,11 @@ async def test_requests_count_before_the_next_tick_takes_them(robots: Robots) ->
 
 
 @in_a_loop
-async def test_request_ends_with_its_client(robots: Robots) -> None:
-    async with robots() as rig, peer(rig.server.url) as driver:
-        await driver.subscribe("/teleop/state")
-        await arm(driver)
-        async with peer(rig.server.url) as other:
-            await other.ask(ASK)
-            await driver.step(5)
-            assert asking(driver)[0]
-        await rig.departure()
-        await driver.step(5)
-        assert asking(driver) == (0, "", 0.0)
-
-
-@in_a_loop
-async def test_viewers_ask_in_vain_and_never_answer(
-    office: World, office_cloud: Cloud, cache: Path, tmp_path: Path
-) -> None:
+async def test_viewers_ask_in_vain_and_never_answer(serving: Serving, tmp_path: Path) -> None:
     path = tmp_path / "audit.jsonl"
     config = ServeConfig(tokens=tokens(tmp_path), audit=path)
     async with (
-        served(office, office_cloud, cache, config) as server,
+        serving(config) as server,
         Client(server.url, token=DRIVER) as driver,
         Client(server.url, token=OTHER) as other,
         Client(server.url, token=VIEWER) as viewer,

@@ -6,11 +6,9 @@ from pathlib import Path
 
 import pytest
 
-from localization.maps.cloud import Cloud
-from robot_sim import World
 from teleop.robot.serving.serve_config import ServeConfig
 from teleop.rosbridge import Client
-from tests.teleop.robot.test_security import ADMIN, DRIVER, VIEWER, served, tokens
+from tests.teleop.robot.served_robots import ADMIN, DRIVER, VIEWER, Serving, tokens
 from tests.teleop.support import Robots, arm, in_a_loop, peer
 
 RIGHTS = ("may_drive", "may_stop", "may_reset", "may_hint", "may_search", "may_take_over")
@@ -34,11 +32,9 @@ async def test_client_without_tokens_learns_its_number_name_and_all_rights(robot
 
 
 @in_a_loop
-async def test_rights_in_a_session_are_those_of_the_token(
-    office: World, office_cloud: Cloud, cache: Path, tmp_path: Path
-) -> None:
+async def test_rights_in_a_session_are_those_of_the_token(serving: Serving, tmp_path: Path) -> None:
     config = ServeConfig(tokens=tokens(tmp_path))
-    async with served(office, office_cloud, cache, config) as server:
+    async with serving(config) as server:
         found = {}
         for token in (VIEWER, DRIVER, ADMIN):
             async with Client(server.url, token=token) as client:
@@ -50,42 +46,28 @@ async def test_rights_in_a_session_are_those_of_the_token(
         assert all(found[token][right] for right in RIGHTS)
 
 
-@in_a_loop
-async def test_rights_in_a_session_follow_the_rules_of_the_token_file(
-    office: World, office_cloud: Cloud, cache: Path, tmp_path: Path
-) -> None:
-    path = tokens(tmp_path)
-    rules = '[roles.operate]\npublish = ["/cmd_vel"]\ncall = ["*", "!/teleop/estop*"]\n'
-    path.write_text(path.read_text() + rules)
-    async with (
-        served(office, office_cloud, cache, ServeConfig(tokens=path)) as server,
-        Client(server.url, token=DRIVER) as driver,
-    ):
-        session = await driver.call(SESSION)
-    assert [right for right in RIGHTS if session[right]] == [
-        "may_drive",
-        "may_search",
-        "may_take_over",
-    ]
-
-
 @pytest.mark.parametrize(
-    ("rules", "may_drive"),
+    ("rules", "rights"),
     [
-        ('publish = ["/joy"]', True),
-        ('publish = ["/turtle_control"]', True),
-        ('publish = []\ncall = ["/move", "/teleop/session"]', True),
-        ('publish = ["/initialpose"]\ncall = ["*", "!/move"]', False),
+        (
+            'publish = ["/cmd_vel"]\ncall = ["*", "!/teleop/estop*"]',
+            ["may_drive", "may_search", "may_take_over"],
+        ),
+        ('publish = ["/joy"]\ncall = ["/teleop/session"]', ["may_drive"]),
+        ('publish = ["/turtle_control"]\ncall = ["/teleop/session"]', ["may_drive"]),
+        ('publish = []\ncall = ["/move", "/teleop/session"]', ["may_drive"]),
+        ('publish = ["/initialpose"]\ncall = ["/teleop/session"]', ["may_hint"]),
     ],
 )
 @in_a_loop
-async def test_who_may_send_steps_may_drive(
-    office: World, office_cloud: Cloud, cache: Path, tmp_path: Path, rules: str, may_drive: bool
+async def test_rights_in_a_session_follow_the_rules_of_the_token_file(
+    serving: Serving, tmp_path: Path, rules: str, rights: list[str]
 ) -> None:
     path = tokens(tmp_path)
     path.write_text(path.read_text() + f"[roles.operate]\n{rules}\n")
     async with (
-        served(office, office_cloud, cache, ServeConfig(tokens=path)) as server,
+        serving(ServeConfig(tokens=path)) as server,
         Client(server.url, token=DRIVER) as driver,
     ):
-        assert (await driver.call(SESSION))["may_drive"] is may_drive
+        session = await driver.call(SESSION)
+    assert [right for right in RIGHTS if session[right]] == rights

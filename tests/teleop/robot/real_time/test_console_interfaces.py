@@ -2,25 +2,20 @@
 
 from __future__ import annotations
 
-from pathlib import Path
 from xml.etree import ElementTree
 
 import pytest
 
-from localization.maps.cloud import Cloud
-from robot_sim import World
 from tests.teleop.robot.topics.test_lean_cloud import unpacked
-from tests.teleop.support import in_a_loop, peer, real_time
+from tests.teleop.support import InRealTime, in_a_loop, peer
 
 pytestmark = [pytest.mark.process, pytest.mark.slow]
 
 
 @in_a_loop
-async def test_console_has_what_it_needs_in_real_time(
-    office: World, office_cloud: Cloud, cache: Path
-) -> None:
+async def test_console_has_what_it_needs_in_real_time(in_real_time: InRealTime) -> None:
     async with (
-        real_time(office, office_cloud, cache) as served,
+        in_real_time() as served,
         peer(served.url) as driver,
         peer(served.url) as other,
     ):
@@ -30,6 +25,13 @@ async def test_console_has_what_it_needs_in_real_time(
         session = (await other.ask("/teleop/session"))[1]
         assert session["may_take_over"]
         assert not session["tokens"]
+        await other.send(op="advertise_service", service="/sim/step", type="std_srvs/srv/Trigger")
+        (refused,) = await other.settle()
+        assert refused["level"] == "error"
+        assert await other.ask("/sim/step", ticks=1) == (
+            False,
+            "time passes by itself here; farsteer serve --lockstep has this service",
+        )
         await other.until(lambda: other.messages("/robot_description"), "the robot's shape")
         root = ElementTree.fromstring(other.last("/robot_description")["data"])
         assert root.get("name") == "p3at"

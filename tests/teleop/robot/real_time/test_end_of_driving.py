@@ -165,6 +165,9 @@ def test_signal_while_driving_leaves_a_robot_at_rest_in_its_log(
 ) -> None:
     log = tmp_path / "drive.mcap"
     with served(log) as (robot, url):
+        children = Path(f"/proc/{robot.pid}/task/{robot.pid}/children").read_text().split()
+        names = [Path(f"/proc/{each}/comm").read_text().strip() for each in (robot.pid, *children)]
+        assert sorted(names) == ["control", "estimator", "gateway"], "as ps shows them"
         asyncio.run(drive_into(robot, url, number))
         assert robot.wait(60.0) == 0
     wheels = [r for r in open_log(log) if isinstance(r, WheelSpeeds)]

@@ -154,13 +154,6 @@ def test_estop_stops_the_arm_and_refuses_it_until_it_is_reset() -> None:
     assert ask(safety, CLOSED, 3) == OPEN_FIRST, "opening it under the e-stop shows nothing"
 
 
-def test_disconnecting_stops_the_arm_at_once() -> None:
-    safety = engaged()
-    safety.disconnected("a")
-    assert not in_force(safety, 1)
-    assert safety.state(1).controller == ""
-
-
 def test_late_commands_stop_the_arm() -> None:
     safety = engaged()
     assert "late" in str(ask(safety, CLOSED, 1, age=2 * SECOND))

@@ -87,15 +87,6 @@ def test_disconnect_of_a_bystander_changes_nothing() -> None:
     assert moving(safety, 2)
 
 
-def test_take_over_stops_the_robot_until_the_new_driver_rearms() -> None:
-    safety = armed("a")
-    ask(safety, "a", FORWARD, 1)
-    safety.take_over("b", 2)
-    assert not moving(safety, 2)
-    assert ask(safety, "b", FORWARD, 3) == "send a neutral stick first"
-    assert "b drives" in (ask(safety, "a", FORWARD, 3) or "")
-
-
 def test_estop_holds_through_disconnect_and_until_reset() -> None:
     safety = armed("a")
     ask(safety, "a", FORWARD, 1)

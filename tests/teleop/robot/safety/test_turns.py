@@ -7,10 +7,9 @@ from hypothesis import given, strategies as st
 
 from localization.types import SECOND
 from teleop.robot.inbox import Ask, Disconnected, DriveCommand, EStop, Give, Refuse, TakeOver
-from teleop.robot.safety.control_state import ControlMode
 from teleop.robot.safety.safety import Safety
-from teleop.robot.safety.turns import PATIENCE, Asking, Turn
-from tests.teleop.robot.safety.test_safety import FORWARD, NEUTRAL, armed, ask, idle, moving
+from teleop.robot.safety.turns import PATIENCE, Turn
+from tests.teleop.robot.safety.test_safety import FORWARD, NEUTRAL, armed, ask
 
 
 def asked(now: int = 0) -> Safety:
@@ -23,39 +22,6 @@ def asked(now: int = 0) -> Safety:
 def asking(safety: Safety, now: int) -> str:
     state = safety.state(now)
     return state.asking.client if state.asking else ""
-
-
-def test_request_is_shown_with_its_age_and_does_not_disturb_the_driver() -> None:
-    safety = asked()
-    ask(safety, "a", FORWARD, SECOND // 4)
-    state = safety.state(SECOND // 4)
-    assert state.asking == Asking("b", 2, 0)
-    assert state.asking_age == SECOND // 4
-    assert (state.controller, state.control) == ("a", ControlMode.ARMED)
-    assert moving(safety, SECOND // 4)
-
-
-def test_driver_gives_the_robot_to_who_asks_and_it_must_be_armed_again() -> None:
-    safety = asked()
-    ask(safety, "a", FORWARD, 1)
-    assert safety.give(Give("a"), 2) is None
-    assert not moving(safety, 2)
-    state = safety.state(2)
-    assert (state.controller, state.control, state.asking) == ("b", ControlMode.DISARMED, None)
-    assert state.reason == "b was given the robot by a"
-    assert ask(safety, "b", FORWARD, 3) == "send a neutral stick first"
-    assert "b drives" in str(ask(safety, "a", FORWARD, 3))
-    ask(safety, "b", NEUTRAL, 4)
-    ask(safety, "b", FORWARD, 5)
-    assert moving(safety, 5)
-
-
-def test_driver_refuses_and_drives_on() -> None:
-    safety = asked()
-    ask(safety, "a", FORWARD, 1)
-    assert safety.refuse(Refuse("a"), 2) is None
-    assert asking(safety, 2) == ""
-    assert moving(safety, 2)
 
 
 def test_request_ends_by_itself_after_half_a_minute() -> None:
@@ -91,17 +57,6 @@ def test_request_ends_when_its_client_takes_the_lease_that_became_free() -> None
     assert asking(safety, 1) == "b"
     ask(safety, "b", NEUTRAL, 2)
     assert asking(safety, 2) == ""
-
-
-def test_only_the_driver_answers_and_only_who_does_not_drive_asks() -> None:
-    safety = asked()
-    for answer in (safety.give(Give("b"), 1), safety.refuse(Refuse("c"), 1)):
-        assert answer == "a drives; only the driver may answer who asks for the robot"
-    assert safety.ask(Ask("a", 1), 1) == "you drive already"
-    assert safety.ask(Ask("c", 3), 1) == "b asks already; wait for the driver's answer"
-    assert asking(safety, 1) == "b"
-    assert idle().ask(Ask("a", 1), 0) == "nobody drives: the robot is free"
-    assert "nobody drives" in str(idle().give(Give("a"), 0))
 
 
 CLIENTS = st.sampled_from(("a", "b", "c"))

@@ -18,8 +18,6 @@ from pathlib import Path
 
 import pytest
 
-from localization.maps.cloud import Cloud
-from robot_sim import World
 from teleop.errors import SettingError
 from teleop.robot.serving import lan_access as module
 from teleop.robot.serving.lan_access import lan_access
@@ -27,7 +25,7 @@ from teleop.robot.serving.serve_config import ServeConfig
 from teleop.ros_types import registry
 from teleop.rosbridge import Client
 from teleop.rosbridge.errors import ClientError
-from tests.teleop.robot.test_security import served, tokens
+from tests.teleop.robot.served_robots import Serving, tokens
 from tests.teleop.rosbridge.auth.test_authentication import certificate
 from tests.teleop.support import ROOT, in_a_loop
 
@@ -82,12 +80,12 @@ def test_network_and_this_machine_only_is_a_contradiction(host: str) -> None:
 
 @in_a_loop
 async def test_robot_of_the_lan_admits_its_token_and_nobody_else(
-    office: World, office_cloud: Cloud, cache: Path, tmp_path: Path
+    serving: Serving, tmp_path: Path
 ) -> None:
     config, access = lan_access(ServeConfig(lan=True), tmp_path / "lan")
     assert access.certificate is not None
     trusted = ssl.create_default_context(cafile=str(access.certificate))
-    async with served(office, office_cloud, cache, config) as server:
+    async with serving(config) as server:
         assert (server.encrypted, server.tokens) == (True, True)
         url = f"wss://127.0.0.1:{server.port}"
         async with Client(url, registry=registry(), token=access.token, tls=trusted) as client:

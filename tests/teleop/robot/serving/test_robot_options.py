@@ -4,8 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from localization.types import SECOND, WheelSpeeds
-from robot_sim import P3AT, SensorError, Simulation, SimulationConfig
+from robot_sim import P3AT, SensorError, SimulationConfig
 from robot_sim.robot.imperfections import MANDOW_2007
 from teleop.robot.serving.robot_options import RobotOptions
 
@@ -30,14 +29,6 @@ def test_unknown_sensors_are_refused_with_those_there_are() -> None:
         RobotOptions(scanner="velodyne").simulation()
     with pytest.raises(SensorError, match="bosch_bmi088"):
         RobotOptions(inertial="?").simulation()
-
-
-def test_firmware_reports_wheels_ten_times_a_second() -> None:
-    options = RobotOptions(firmware=True)
-    simulation = Simulation(options.world("office"), config=options.simulation())
-    readings = [r for _ in range(50) for r in simulation.step()]
-    assert simulation.stamp == SECOND
-    assert sum(isinstance(r, WheelSpeeds) for r in readings) == 10
 
 
 def test_day_and_tyres_are_built_into_the_world() -> None:

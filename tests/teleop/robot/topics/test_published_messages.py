@@ -111,25 +111,3 @@ async def test_local_cloud_lies_on_the_map_while_driving(
             assert known.mean() > 0.95
             assert (np.abs(distances[known]) <= nearest[known] + 0.02).mean() > 0.99
             assert np.median(np.abs(distances[known])) < 0.02
-
-
-@in_a_loop
-async def test_cloud_is_the_same_in_json_and_in_cbor(robots: Robots) -> None:
-    async with (
-        robots() as rig,
-        peer(rig.server.url) as client,
-        peer(rig.server.url) as other,
-    ):
-        rig.place()
-        await client.subscribe("/local_cloud")
-        await other.subscribe("/local_cloud", compression="cbor")
-        await other.settle()
-        await client.step(100)
-        await other.settle()
-        one, two = client.messages("/local_cloud"), other.messages("/local_cloud")
-        assert len(one) == len(two) >= 10
-        for text, binary in zip(one, two, strict=True):
-            assert isinstance(text["data"], str)
-            assert isinstance(binary["data"], bytes)
-            assert points_of(text).tobytes() == points_of(binary).tobytes()
-            assert text["header"] == binary["header"]

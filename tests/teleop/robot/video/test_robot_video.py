@@ -5,8 +5,6 @@ from __future__ import annotations
 import asyncio
 import contextlib
 import json
-from collections.abc import AsyncIterator
-from contextlib import asynccontextmanager
 from pathlib import Path
 from typing import Any
 
@@ -16,35 +14,14 @@ import pytest
 from localization.maps.cloud import Cloud
 from robot_sim import World
 from teleop.errors import SettingError
-from teleop.robot.serve import serve
-from teleop.robot.serving.address import Address
 from teleop.robot.serving.serve_config import ServeConfig
 from teleop.rosbridge import Client
-from tests.teleop.robot.test_security import DRIVER, VIEWER, tokens
+from tests.teleop.robot.served_robots import DRIVER, VIEWER, Serving, served, tokens
 from tests.teleop.support import in_a_loop, peer, soon
 from tests.teleop.video.support import get, picture, viewer
 from tests.teleop.video.webrtc.support import frame_of, watching as watching_by_webrtc
 
 COLOURS = "/camera/rgb/image_rect_color"
-
-
-@asynccontextmanager
-async def served(
-    office: World, cloud: Cloud, cache: Path, config: ServeConfig
-) -> AsyncIterator[Address]:
-    """Serve a robot until the block ends."""
-    ready: asyncio.Future[Address] = asyncio.get_running_loop().create_future()
-    stop = asyncio.Event()
-    running = asyncio.create_task(
-        serve(office, cloud, config, cache=cache, ready=ready.set_result, stop=stop)
-    )
-    try:
-        first: set[asyncio.Future[Any]] = {ready, running}
-        await asyncio.wait(first, return_when=asyncio.FIRST_COMPLETED)
-        yield ready.result()
-    finally:
-        stop.set()
-        await running
 
 
 @pytest.mark.slow
@@ -53,8 +30,6 @@ async def test_a_robot_in_lockstep_shows_what_it_sees_and_photographs_it(
     office: World, office_cloud: Cloud, cache: Path, tmp_path: Path
 ) -> None:
     config = ServeConfig(
-        port=0,
-        lockstep=True,
         camera="small",
         video_port=0,
         webrtc=True,
@@ -105,11 +80,9 @@ async def test_a_robot_in_lockstep_shows_what_it_sees_and_photographs_it(
 @pytest.mark.slow
 @in_a_loop
 async def test_photographs_and_who_was_refused_pictures_are_in_the_audit_log(
-    office: World, office_cloud: Cloud, cache: Path, tmp_path: Path
+    serving: Serving, tmp_path: Path
 ) -> None:
     config = ServeConfig(
-        port=0,
-        lockstep=True,
         name="rover-7",
         camera="small",
         photos=tmp_path / "photos",
@@ -117,7 +90,7 @@ async def test_photographs_and_who_was_refused_pictures_are_in_the_audit_log(
         audit=tmp_path / "audit.jsonl",
     )
     async with (
-        served(office, office_cloud, cache, config) as address,
+        serving(config) as address,
         Client(address.url, token=DRIVER) as driver,
     ):
         announced: asyncio.Queue[dict[str, Any]] = asyncio.Queue()

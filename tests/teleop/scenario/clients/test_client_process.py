@@ -103,14 +103,6 @@ def test_a_client_that_ignores_the_request_is_killed(tmp_path: Path) -> None:
     assert process.status == -signal.SIGKILL
 
 
-def test_a_daemon_that_left_group_session_and_parents_ends_too(tmp_path: Path) -> None:
-    script = tmp_path / "daemon.py"
-    script.write_text(DAEMON)
-    with client(f"{sys.executable} {script}; exec sleep 1000", tmp_path):
-        until(lambda: len(alive(str(script))) == 1, "the daemon")
-    assert alive(str(script)) == []
-
-
 def test_a_daemon_without_environment_ends_too(tmp_path: Path) -> None:
     script = tmp_path / "daemon.py"
     script.write_text(DAEMON)

@@ -4,12 +4,11 @@ from __future__ import annotations
 
 import shlex
 import shutil
-import time
 from pathlib import Path
 
 import pytest
 
-from teleop.scenario.referee.outcome import ExitStatus, Outcome
+from teleop.scenario.referee.outcome import ExitStatus
 from teleop.scenario.session.run import replay_run
 from tests.teleop.rosbridge.foreign_clients.test_javascript_clients import installed, node
 from tests.teleop.scenario.clients.support import PROGRAMS, python, run
@@ -25,28 +24,13 @@ def javascript(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return Path(shutil.copy(PROGRAMS / "with_roslib.mjs", folder))
 
 
-def passes(folder: Path, command: str) -> Outcome:
+def passes(folder: Path, command: str) -> None:
     """Run a client, and find that it has reached its goal and that its run can be repeated to the bit."""
-    begun = time.monotonic()
     outcome = run(folder, command)
     log = (folder / "client.log").read_text(encoding="utf-8")
     assert (outcome.status, outcome.ending) == (ExitStatus.PASSED, "all goals are reached"), log
-    assert time.monotonic() - begun < 60.0
     repeated = replay_run(folder)
     assert (repeated.status, repeated.sha256) == (outcome.status, outcome.sha256)
-    return outcome
-
-
-@pytest.mark.long
-def test_plain_websockets_drive_to_a_goal(tmp_path: Path) -> None:
-    passes(tmp_path, python("plain_websockets"))
-    assert (tmp_path / "client.log").read_text(encoding="utf-8") == "all goals are reached\n"
-
-
-@pytest.mark.long
-def test_roslibpy_drives_to_a_goal(tmp_path: Path) -> None:
-    # The shell of the client's command knows its environment.
-    passes(tmp_path, f'{python("with_roslibpy")} "$FARSTEER_HOST" "$FARSTEER_PORT"')
 
 
 @pytest.mark.long
@@ -54,11 +38,6 @@ def test_roslibpy_drives_to_a_goal(tmp_path: Path) -> None:
 @pytest.mark.parametrize(("package", "by"), [("roslib", "joy"), ("roslib-1", "cmd_vel")])
 def test_roslib_drives_to_a_goal(javascript: Path, tmp_path: Path, package: str, by: str) -> None:
     passes(tmp_path, shlex.join(["node", str(javascript), package, by]))
-
-
-@pytest.mark.long
-def test_ros_sharp_drives_to_a_goal(tmp_path: Path) -> None:
-    passes(tmp_path, python("as_ros_sharp"))
 
 
 @pytest.mark.long

@@ -8,6 +8,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import replace
+from functools import partial
 from typing import Any, Final
 
 import numpy as np
@@ -54,89 +55,95 @@ def patch(owner: Any, name: str, value: Any) -> None:
     setattr(owner, name, value)
 
 
-def _wrapped(owner: Any, name: str, around: Callable[..., Any]) -> None:
+def _wrapped(owner: Any, name: str, changed: Callable[..., Any]) -> None:
     """Replace a method by one that gets the original as its first argument."""
     original = getattr(owner, name)
 
     def method(*args: Any, **settings: Any) -> Any:
-        return around(original, *args, **settings)
+        return changed(original, *args, **settings)
 
     patch(owner, name, method)
 
 
-def no_watchdog() -> None:
+MUTANTS: Final[dict[str, Callable[[], None]]] = {}
+"""What applies each mutant, by name."""
+
+
+def mutant(apply: Callable[[], None]) -> Callable[[], None]:
+    """Register a function that applies the mutant of its name."""
+    MUTANTS[apply.__name__] = apply
+    return apply
+
+
+def around(
+    owner: Any, name: str, mutants: dict[str, Callable[[], None]] = MUTANTS
+) -> Callable[[Callable[..., Any]], Callable[..., Any]]:
+    """Register a function that a mutant of its name has in the place of a method, which is its first argument."""
+
+    def register(changed: Callable[..., Any]) -> Callable[..., Any]:
+        mutants[changed.__name__] = partial(_wrapped, owner, name, changed)
+        return changed
+
+    return register
+
+
+@around(Safety, "__init__")
+def no_watchdog(original: Any, self: Safety, *args: Any) -> None:
     """A driver's last command stays in force for ever."""
-
-    def begin(original: Any, self: Safety, *args: Any) -> None:
-        original(self, *args)
-        self.config = replace(self.config, watchdog=10**15, lease=10**15)
-
-    _wrapped(Safety, "__init__", begin)
+    original(self, *args)
+    self.config = replace(self.config, watchdog=10**15, lease=10**15)
 
 
-def slow_watchdog() -> None:
+@around(Safety, "__init__")
+def slow_watchdog(original: Any, self: Safety, *args: Any) -> None:
     """The watchdog takes a second."""
-
-    def begin(original: Any, self: Safety, *args: Any) -> None:
-        original(self, *args)
-        self.config = replace(self.config, watchdog=SECOND)
-
-    _wrapped(Safety, "__init__", begin)
+    original(self, *args)
+    self.config = replace(self.config, watchdog=SECOND)
 
 
+@mutant
 def stale_command_obeyed() -> None:
     """Commands are followed however old they are."""
     patch(StaleLimits, "refusal", lambda self, age: None)
     patch(StaleLimits, "speed_share", lambda self, age: 1.0)
 
 
-def way_back_ignored() -> None:
+@around(CommandAge, "observe")
+def way_back_ignored(original: Any, self: CommandAge, arrival: int, stamp: int, trips: Any) -> Any:
     """The age of commands does not count the way back to their driver, nor any other round trip."""
-
-    def observe(original: Any, self: CommandAge, arrival: int, stamp: int, trips: Any) -> Any:
-        return original(self, arrival, stamp, RoundTrips(last=0))
-
-    _wrapped(CommandAge, "observe", observe)
+    return original(self, arrival, stamp, RoundTrips(last=0))
 
 
-def lease_race() -> None:
+@around(Safety, "request")
+def lease_race(original: Any, self: Safety, command: DriveCommand, now: int) -> Any:
     """A second driver's command is followed as well."""
-
-    def request(original: Any, self: Safety, command: DriveCommand, now: int) -> Any:
-        holder = self._controller
-        if holder and command.client != holder and command.request.enabled:
-            self._controller = command.client
-            answer = original(self, command, now)
-            self._controller = holder
-            return answer
-        return original(self, command, now)
-
-    _wrapped(Safety, "request", request)
+    holder = self._controller
+    if holder and command.client != holder and command.request.enabled:
+        self._controller = command.client
+        answer = original(self, command, now)
+        self._controller = holder
+        return answer
+    return original(self, command, now)
 
 
-def limits_not_applied() -> None:
+@around(SpeedLimits, "limited")
+def limits_not_applied(_: Any, self: SpeedLimits, twist: Twist) -> Any:
     """The speed limits are forgotten, by what arbitrates and by the drive."""
-    patch(SpeedLimits, "limited", lambda self, twist: twist)
+    return twist
 
 
-def gyro_sign() -> None:
+@around(InertialUnit, "read")
+def gyro_sign(original: Any, self: InertialUnit, *args: Any) -> Inertial:
     """The gyro turns the wrong way round."""
-
-    def read(original: Any, self: InertialUnit, *args: Any) -> Inertial:
-        reading: Inertial = original(self, *args)
-        return replace(reading, angular_velocity=-reading.angular_velocity)
-
-    _wrapped(InertialUnit, "read", read)
+    reading: Inertial = original(self, *args)
+    return replace(reading, angular_velocity=-reading.angular_velocity)
 
 
-def gyro_scale() -> None:
+@around(InertialUnit, "read")
+def gyro_scale(original: Any, self: InertialUnit, *args: Any) -> Inertial:
     """The gyro reports 15 % too much."""
-
-    def read(original: Any, self: InertialUnit, *args: Any) -> Inertial:
-        reading: Inertial = original(self, *args)
-        return replace(reading, angular_velocity=1.15 * reading.angular_velocity)
-
-    _wrapped(InertialUnit, "read", read)
+    reading: Inertial = original(self, *args)
+    return replace(reading, angular_velocity=1.15 * reading.angular_velocity)
 
 
 def _changed_estimates(change: Callable[[Any], Any]) -> None:
@@ -147,16 +154,19 @@ def _changed_estimates(change: Callable[[Any], Any]) -> None:
     _wrapped(Estimation, "take", take)
 
 
+@mutant
 def covariance_halved() -> None:
     """The robot claims to be twice as certain as it is."""
     _changed_estimates(lambda e: replace(e, covariance=0.5 * e.covariance))
 
 
+@mutant
 def covariance_tiny() -> None:
     """The robot claims ten times smaller errors."""
     _changed_estimates(lambda e: replace(e, covariance=0.01 * e.covariance))
 
 
+@mutant
 def never_lost() -> None:
     """Whatever happens, the robot says that it knows where it is."""
 
@@ -168,11 +178,13 @@ def never_lost() -> None:
     _changed_estimates(sure)
 
 
+@mutant
 def hint_never_answered() -> None:
     """Hints have their effect, and their answers are lost."""
     _changed_estimates(lambda e: replace(e, verdict=None))
 
 
+@mutant
 def hint_unverified() -> None:
     """A hint is believed without a look at the scan."""
 
@@ -190,42 +202,38 @@ def hint_unverified() -> None:
     _wrapped(HintSearch, "advance", advance)
 
 
-def undo_forgets() -> None:
+@around(Localizer, "undo")
+def undo_forgets(_: Any, self: Localizer) -> Any:
     """An undo does nothing, and says that it did."""
-    patch(Localizer, "undo", lambda self: self._last)
+    return self._last
 
 
-def estop_released_by_neutral() -> None:
+@around(Safety, "request")
+def estop_released_by_neutral(original: Any, self: Safety, command: DriveCommand, now: int) -> Any:
     """A neutral stick releases the e-stop."""
-
-    def request(original: Any, self: Safety, command: DriveCommand, now: int) -> Any:
-        if command.request.neutral:
-            self._estop = None
-        return original(self, command, now)
-
-    _wrapped(Safety, "request", request)
+    if command.request.neutral:
+        self._estop = None
+    return original(self, command, now)
 
 
-def estop_ignored_while_driving() -> None:
+@around(Safety, "stop")
+def estop_ignored_while_driving(original: Any, self: Safety, order: EStop) -> None:
     """The e-stop works on a robot that stands."""
-
-    def stop(original: Any, self: Safety, order: EStop) -> None:
-        if not self._armed:
-            original(self, order)
-
-    _wrapped(Safety, "stop", stop)
+    if not self._armed:
+        original(self, order)
 
 
-def disconnect_ignored() -> None:
+@around(Safety, "disconnected")
+def disconnect_ignored(_: Any, self: Safety, client: str) -> None:
     """That a driver leaves goes unnoticed."""
-    patch(Safety, "disconnected", lambda self, client: None)
 
 
-def no_neutral() -> None:
+@around(ArmingRules, "refusal")
+def no_neutral(_: Any, self: ArmingRules, command: DriveCommand) -> None:
     """A stick drives at once after an interruption."""
-    patch(ArmingRules, "refusal", lambda self, command: None)
 
 
+@mutant
 def deadman_ignored() -> None:
     """The stick drives without the deadman."""
 
@@ -238,45 +246,34 @@ def deadman_ignored() -> None:
     _wrapped(input_messages, "joy_command", joy)
 
 
-def take_over_stays_armed() -> None:
+@around(Safety, "_give_lease")
+def take_over_stays_armed(original: Any, self: Safety, client: str, reason: str) -> None:
     """Who takes the lease drives at once, with the stick as it is."""
-
-    def give(original: Any, self: Safety, client: str, reason: str) -> None:
-        original(self, client, reason)
-        self._armed = True
-
-    _wrapped(Safety, "_give_lease", give)
+    original(self, client, reason)
+    self._armed = True
 
 
-def turn_sign() -> None:
+@around(Simulation, "command")
+def turn_sign(original: Any, self: Simulation, twist: Twist) -> None:
     """The drive turns the wrong way."""
-
-    def command(original: Any, self: Simulation, twist: Twist) -> None:
-        original(self, Twist(twist.linear, -twist.angular))
-
-    _wrapped(Simulation, "command", command)
+    original(self, Twist(twist.linear, -twist.angular))
 
 
-def weak_brakes() -> None:
+@around(Drivetrain, "__init__")
+def weak_brakes(original: Any, self: Drivetrain, config: Any, robot: Any) -> None:
     """The robot brakes at a tenth of its deceleration."""
-
-    def begin(original: Any, self: Drivetrain, config: Any, robot: Any) -> None:
-        original(self, replace(config, braking=0.1, turn_braking=0.3), robot)
-
-    _wrapped(Drivetrain, "__init__", begin)
+    original(self, replace(config, braking=0.1, turn_braking=0.3), robot)
 
 
-def noise_without_seed() -> None:
+@around(Encoders, "read")
+def noise_without_seed(original: Any, self: Encoders, *args: Any) -> WheelSpeeds:
     """Some noise is not drawn by the seed."""
-
-    def read(original: Any, self: Encoders, *args: Any) -> WheelSpeeds:
-        reading: WheelSpeeds = original(self, *args)
-        drift = 1e-6 * float(np.random.default_rng().standard_normal())
-        return replace(reading, left=reading.left + drift)
-
-    _wrapped(Encoders, "read", read)
+    reading: WheelSpeeds = original(self, *args)
+    drift = 1e-6 * float(np.random.default_rng().standard_normal())
+    return replace(reading, left=reading.left + drift)
 
 
+@mutant
 def sound_scans_refused() -> None:
     """Every fiftieth reading is refused."""
     count = 0
@@ -289,18 +286,16 @@ def sound_scans_refused() -> None:
     _wrapped(ReadingValidator, "refusal", refusal)
 
 
-def scanner_askew() -> None:
+@around(Localizer, "__init__")
+def scanner_askew(
+    original: Any, self: Localizer, world: Any, mounts: Any, *args: Any, **kw: Any
+) -> None:
     """The localiser believes the scanners to be mounted 4 degrees askew."""
-
-    def begin(
-        original: Any, self: Localizer, world: Any, mounts: Any, *args: Any, **kw: Any
-    ) -> None:
-        turn = Pose.from_euler(np.zeros(3), yaw=math.radians(4.0))
-        original(self, world, {n: m @ turn for n, m in mounts.items()}, *args, **kw)
-
-    _wrapped(Localizer, "__init__", begin)
+    turn = Pose.from_euler(np.zeros(3), yaw=math.radians(4.0))
+    original(self, world, {n: m @ turn for n, m in mounts.items()}, *args, **kw)
 
 
+@mutant
 def old_pose_published() -> None:
     """The published pose is that of the message before."""
     before: list[Any] = []
@@ -314,6 +309,7 @@ def old_pose_published() -> None:
     object.__setattr__(topic, "build", build)
 
 
+@mutant
 def first_place_believed() -> None:
     """A search believes its first place, whatever speaks for others."""
     patch(
@@ -323,18 +319,16 @@ def first_place_believed() -> None:
     )
 
 
-def jumps_unnoticed() -> None:
+@around(JumpDetector, "compared")
+def jumps_unnoticed(
+    original: Any, self: JumpDetector, sweep: Sweep, odom_from_base: Pose
+) -> tuple[JumpDetector, Change]:
     """That what is seen changes at once, all or a part of it, is not noticed."""
-
-    def compared(
-        original: Any, self: JumpDetector, sweep: Sweep, odom_from_base: Pose
-    ) -> tuple[JumpDetector, Change]:
-        detector, change = original(self, sweep, odom_from_base)
-        return detector, change if change is Change.UNKNOWN else Change.NONE
-
-    _wrapped(JumpDetector, "compared", compared)
+    detector, change = original(self, sweep, odom_from_base)
+    return detector, change if change is Change.UNKNOWN else Change.NONE
 
 
+@mutant
 def late_estop() -> None:
     """The e-stop takes effect a second late."""
     waiting: list[tuple[int, EStop]] = []
@@ -354,36 +348,28 @@ def late_estop() -> None:
     _wrapped(Safety, "command", command)
 
 
-def transform_not_inverted() -> None:
+@around(estimate_messages, "_transform")
+def transform_not_inverted(original: Any, stamp: int, parent: str, child: str, pose: Pose) -> Any:
     """The transform from ``map`` to ``odom`` is the one from ``odom`` to ``map``."""
-
-    def transform(original: Any, stamp: int, parent: str, child: str, pose: Pose) -> Any:
-        return original(stamp, parent, child, pose.inverse() if parent == "map" else pose)
-
-    _wrapped(estimate_messages, "_transform", transform)
+    return original(stamp, parent, child, pose.inverse() if parent == "map" else pose)
 
 
+@mutant
 def covariance_about_own_axes() -> None:
     """The published covariance has rotations about the robot's axes, not the map's."""
     patch(estimate_messages, "ros_covariance", lambda e: e.covariance.ravel())
 
 
-def odometry_in_map() -> None:
+@around(estimate_messages, "odometry")
+def odometry_in_map(original: Any, stamp: int, frame: str, *rest: Any) -> Any:
     """The odometry says that it is in ``map``."""
-
-    def odometry(original: Any, stamp: int, frame: str, *rest: Any) -> Any:
-        return original(stamp, "map", *rest)
-
-    _wrapped(estimate_messages, "odometry", odometry)
+    return original(stamp, "map", *rest)
 
 
-def odometry_stamp_late() -> None:
+@around(estimate_messages, "odometry")
+def odometry_stamp_late(original: Any, stamp: int, *rest: Any) -> Any:
     """Each tenth message of odometry bears the time of the tick before."""
-
-    def odometry(original: Any, stamp: int, *rest: Any) -> Any:
-        return original(stamp - SECOND // 50 * (stamp % (SECOND * 2 // 5) == 0), *rest)
-
-    _wrapped(estimate_messages, "odometry", odometry)
+    return original(stamp - SECOND // 50 * (stamp % (SECOND * 2 // 5) == 0), *rest)
 
 
 def _changed_on_the_way(change: Callable[[Any], Any]) -> None:
@@ -395,6 +381,7 @@ def _changed_on_the_way(change: Callable[[Any], Any]) -> None:
     _wrapped(RosbridgeAdapter, "estimated", estimated)
 
 
+@mutant
 def cloud_distances_negated() -> None:
     """Points of the published sweep that lie before a wall are shown behind it."""
 
@@ -406,6 +393,7 @@ def cloud_distances_negated() -> None:
     _changed_on_the_way(change)
 
 
+@mutant
 def old_sweep_published() -> None:
     """The sweep before is published at the present pose."""
     before: list[Sweep] = []
@@ -420,94 +408,35 @@ def old_sweep_published() -> None:
     _changed_on_the_way(change)
 
 
-def viewers_may_publish() -> None:
+@around(Connection, "require")
+def viewers_may_publish(original: Any, self: Connection, act: str, name: str) -> None:
     """Nobody asks whether a client may publish."""
-
-    def require(original: Any, self: Connection, act: str, name: str) -> None:
-        if act != "publish":
-            original(self, act, name)
-
-    _wrapped(Connection, "require", require)
+    if act != "publish":
+        original(self, act, name)
 
 
-def viewers_may_call() -> None:
+@around(Connection, "refusal")
+def viewers_may_call(original: Any, self: Connection, act: str, name: str) -> Any:
     """Nobody asks whether a client may call a service."""
-
-    def refusal(original: Any, self: Connection, act: str, name: str) -> Any:
-        return None if act == "call" else original(self, act, name)
-
-    _wrapped(Connection, "refusal", refusal)
+    return None if act == "call" else original(self, act, name)
 
 
+@mutant
 def estop_released_by_all() -> None:
     """An e-stop is released by all who ask for it."""
     patch(robot_services, "reset_rejection", lambda latched, order: None)
     patch(safety, "reset_rejection", lambda latched, order: None)
 
 
-def lease_never_ends() -> None:
+@around(Safety, "__init__")
+def lease_never_ends(original: Any, self: Safety, *args: Any) -> None:
     """A driver that has fallen silent keeps the robot."""
-
-    def begin(original: Any, self: Safety, *args: Any) -> None:
-        original(self, *args)
-        self.config = replace(self.config, lease=10**15)
-
-    _wrapped(Safety, "__init__", begin)
+    original(self, *args)
+    self.config = replace(self.config, lease=10**15)
 
 
-def turns_swapped_backwards() -> None:
+@around(SpeedLimits, "limited")
+def turns_swapped_backwards(original: Any, self: SpeedLimits, twist: Twist) -> Twist:
     """Driven backwards the robot turns as a car does, the wrong way round for a twist."""
-
-    def limited(original: Any, self: SpeedLimits, twist: Twist) -> Twist:
-        found: Twist = original(self, twist)
-        return Twist(found.linear, -found.angular) if found.linear[0] < 0.0 else found
-
-    _wrapped(SpeedLimits, "limited", limited)
-
-
-MUTANTS: Final[dict[str, Callable[[], None]]] = {
-    mutant.__name__: mutant
-    for mutant in (
-        no_watchdog,
-        slow_watchdog,
-        stale_command_obeyed,
-        lease_race,
-        limits_not_applied,
-        gyro_sign,
-        gyro_scale,
-        covariance_halved,
-        covariance_tiny,
-        never_lost,
-        hint_never_answered,
-        hint_unverified,
-        undo_forgets,
-        estop_released_by_neutral,
-        estop_ignored_while_driving,
-        disconnect_ignored,
-        no_neutral,
-        deadman_ignored,
-        take_over_stays_armed,
-        turn_sign,
-        weak_brakes,
-        noise_without_seed,
-        sound_scans_refused,
-        scanner_askew,
-        old_pose_published,
-        first_place_believed,
-        jumps_unnoticed,
-        late_estop,
-        transform_not_inverted,
-        covariance_about_own_axes,
-        odometry_in_map,
-        odometry_stamp_late,
-        cloud_distances_negated,
-        old_sweep_published,
-        viewers_may_publish,
-        viewers_may_call,
-        estop_released_by_all,
-        lease_never_ends,
-        turns_swapped_backwards,
-        way_back_ignored,
-    )
-}
-"""All mutants by name."""
+    found: Twist = original(self, twist)
+    return Twist(found.linear, -found.angular) if found.linear[0] < 0.0 else found

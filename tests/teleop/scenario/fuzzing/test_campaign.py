@@ -19,7 +19,7 @@ from tests.teleop.scenario.fuzzing.test_rules import session
 @pytest.mark.long
 @pytest.mark.slow
 def test_numbers_give_the_same_digests_on_one_process_and_on_two() -> None:
-    numbers = (5, 7)  # short ones
+    numbers = (12, 42)  # short ones, in the corridor
     one = {done.number: done.judged for done in campaign(numbers, jobs=1, seconds=1e9)}
     two = {done.number: done.judged for done in campaign(numbers, jobs=2, seconds=1e9)}
     assert {n: j and j.sha256 for n, j in one.items()} == {

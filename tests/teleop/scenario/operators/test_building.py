@@ -9,26 +9,11 @@ import pytest
 from teleop.errors import SettingError
 from teleop.scenario.files import operator_settings as settings
 from teleop.scenario.operators.building import operator_of
-from teleop.scenario.operators.careless import Careless
-from teleop.scenario.operators.follower import Follower
 from teleop.scenario.operators.operator import Briefing, GoalPlace
 from teleop.scenario.operators.replay import Replay
-from teleop.scenario.operators.steering import SteeringModel
 from tests.teleop.scenario.operators.unicycle import Unicycle
 
 FAR = GoalPlace((40.0, 0.0), 0.5, way=((40.0, 0.0),))
-
-
-@pytest.mark.parametrize(
-    ("chosen", "kind"),
-    [
-        (settings.Follower(), Follower),
-        (settings.Steering("steering"), SteeringModel),
-        (settings.Careless("careless"), Careless),
-    ],
-)
-def test_operator_is_the_one_that_is_asked_for(chosen: settings.Operator, kind: type) -> None:
-    assert type(operator_of(chosen, beside=None)) is kind
 
 
 @pytest.mark.parametrize(

@@ -3,18 +3,13 @@
 from __future__ import annotations
 
 import math
-from pathlib import Path
 
 import numpy as np
 import pytest
 
-from localization.maps.cloud import Cloud
 from localization.types import SECOND
-from robot_sim import World
-from teleop.robot.inbox import EStop, EStopReset
 from teleop.scenario.operators.follower import Follower
 from teleop.scenario.operators.operator import Briefing, GoalPlace, Point
-from tests.teleop.scenario.operators.support import Stage, goals_along
 from tests.teleop.scenario.operators.unicycle import Unicycle
 
 GOAL = GoalPlace((3.0, 0.0), 0.3, way=((1.5, 0.0), (3.0, 0.0)))
@@ -154,50 +149,3 @@ def test_follower_with_nothing_to_do_stands() -> None:
     robot.run(1.0)
     assert operator.done
     assert (robot.x, robot.y) == (0.0, 0.0)
-
-
-@pytest.mark.slow
-def test_follower_drives_the_robot_of_the_office_to_its_goals_and_the_same_bits_come_of_it(
-    office: World, office_cloud: Cloud, cache: Path
-) -> None:
-    goals = goals_along(office, 1.5, 3.0)
-    trajectories = []
-    for _ in range(2):
-        stage = Stage(office, office_cloud, cache)
-        operator = Follower()
-        stage.seat(operator, Briefing(goals, 0))
-        stage.run_until_done(operator, 40.0)
-        assert operator.done
-        assert stage.distance(goals[-1]) < 0.3
-        assert not any(tick.condition.touching for tick in stage.ticks)
-        trajectories.append(stage.trajectory)
-    assert trajectories[0] == trajectories[1]
-
-
-@pytest.mark.slow
-def test_follower_goes_on_after_an_estop(office: World, office_cloud: Cloud, cache: Path) -> None:
-    goals = goals_along(office, 3.0)
-    stage = Stage(office, office_cloud, cache)
-    operator = Follower()
-    stage.seat(operator, Briefing(goals, 0))
-    stage.run(2.0)
-    stage.adapter.wishes.post(EStop("somebody"))
-    stage.run(2.0)
-    at = stage.position.copy()
-    stage.adapter.wishes.post(EStopReset("somebody", admin=True))
-    stage.run_until_done(operator, 20.0)
-    assert operator.done
-    assert np.hypot(*(stage.position - at)) > 0.5
-
-
-@pytest.mark.slow
-def test_robot_that_knows_nothing_of_its_place_is_found_and_driven_to_the_goal(
-    office: World, office_cloud: Cloud, cache: Path
-) -> None:
-    goals = goals_along(office, 3.0)
-    stage = Stage(office, office_cloud, cache, known=False)
-    operator = Follower()
-    stage.seat(operator, Briefing(goals, 0))
-    stage.run_until_done(operator, 40.0)
-    assert operator.done
-    assert stage.distance(goals[0]) < 0.3

@@ -2,23 +2,14 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-
-import pytest
-
-from localization.maps.cloud import Cloud
 from localization.types import SECOND
-from robot_sim import World
-from teleop.scenario.operators.careless import Careless
 from teleop.scenario.operators.command_file import (
     CommandRecorder,
     SentOperation,
-    read_commands,
 )
 from teleop.scenario.operators.follower import Follower
 from teleop.scenario.operators.operator import Briefing, GoalPlace
 from teleop.scenario.operators.replay import Replay
-from tests.teleop.scenario.operators.support import Stage, goals_along
 from tests.teleop.scenario.operators.unicycle import Unicycle
 
 GOAL = GoalPlace((3.0, 0.0), 0.3, way=((3.0, 0.0),))
@@ -52,18 +43,3 @@ def test_operations_of_any_kind_are_replayed() -> None:
     assert robot.calls == []
     robot.run(0.2)
     assert robot.calls == ["/localization/undo"]
-
-
-@pytest.mark.slow
-def test_run_of_an_operator_is_repeated_to_the_bit_from_its_file(
-    office: World, office_cloud: Cloud, cache: Path, tmp_path: Path
-) -> None:
-    stage, recorder = Stage(office, office_cloud, cache), CommandRecorder()
-    stage.seat(Careless(mistakes=30.0), Briefing(goals_along(office, 5.0), 1), recorder)
-    stage.run(8.0)
-    recorder.save(tmp_path / "commands.jsonl")
-    again = Stage(office, office_cloud, cache)
-    again.seat(Replay(read_commands(tmp_path / "commands.jsonl")), Briefing((), 0))
-    again.run(8.0)
-    assert stage.position[0] != office.tour[0][0]
-    assert stage.trajectory == again.trajectory

@@ -53,57 +53,30 @@ KEPT: dict[str, float] = {
 }
 """Figures that keep ``LIMITS``."""
 
-LIMITS = Limits(
-    contacts=1,
-    tilt=5.0 + 1e-9,
-    position_max=0.3,
-    doubted_max=0.4,
-    position_rmse=0.1,
-    heading_rmse=1.0 + 1e-9,
-    heading_max=4.0 + 1e-9,
-    lost=2.0,
-    silent_error=0.5,
-    stops=1,
-    hints=2,
-    stopping_time=0.9,
-    runaway=0.6,
-    nees=(6.0, 6.0),
-    distance=12.0,
-    picked=3,
-    placed=2,
-    dropped=1,
-    arm_contacts=1,
-    load=0.5,
-    load_max=0.9,
-    slip=0.01,
-    tip_moved=0.002,
-    tip_off=0.004,
-    pointing_off=5.0 + 1e-9,
-    mirror_error=1.0 + 1e-9,
-    wheels_off=0.3,
-    duration=20.0,
-    violations=0,
-    rules=True,
-)
-"""Limits that are just kept."""
-
-MISSES = {name: math.nextafter(value, 1e9) for name, value in KEPT.items()} | {
-    "tilt": math.radians(5.001),
-    "heading_rmse": math.radians(1.001),
-    "heading_max": math.radians(4.001),
-    "pointing_off": math.radians(5.001),
-    "mirror_error": math.radians(1.001),
-    "goals": 3.0,
-    "distance": math.nextafter(12.0, 0.0),
-    "picked": 2.0,
-    "placed": 1.0,
-}
-"""Of each figure a value that just misses."""
+ANGLES = {"tilt", "heading_rmse", "heading_max", "pointing_off", "mirror_error"}
+"""Figures in [rad], whose limits are in [deg]."""
 
 FIGURE = {"goals": "goals_reached", "duration": "goal_time"}
 """Figure of a limit, where it is named otherwise."""
 
 NAMES = [field.name for field in fields(Limits) if field.name != "grace"]
+
+
+def _just_kept(name: str) -> Any:
+    """Return a limit that is just kept."""
+    value = KEPT[FIGURE.get(name, name)]
+    if name in ANGLES:
+        return math.degrees(value) + 1e-9
+    return {"goals": True, "rules": True, "nees": (value, value)}.get(name, value)
+
+
+LIMITS = Limits(**{name: _just_kept(name) for name in NAMES})
+
+MISSES = {
+    name: math.radians(math.degrees(value) + 1e-3) if name in ANGLES else math.nextafter(value, 1e9)
+    for name, value in KEPT.items()
+} | {"goals": 3.0, "distance": math.nextafter(12.0, 0.0), "picked": 2.0, "placed": 1.0}
+"""Of each figure a value that just misses."""
 
 
 def missed(figures: dict[str, float], limits: Limits = LIMITS) -> list[str]:

@@ -78,7 +78,3 @@ def test_properties_carry_figures_and_the_digest() -> None:
     assert properties["sha256"] == "5f" * 32
     assert properties["distance"] == "52.3"
     assert properties["seed"] == "7"
-
-
-def test_the_same_outcomes_give_the_same_file() -> None:
-    assert junit([outcome()]) == junit([outcome()])

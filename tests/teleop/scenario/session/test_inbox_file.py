@@ -18,7 +18,6 @@ from teleop.robot.arm.arm_commands import Wish
 from teleop.robot.inbox import ArmWish, DriveCommand, EStop, InboxMessage, PoseHint, TakeOver
 from teleop.scenario.session.inbox_file import InboxFileError, InboxWriter, read_inboxes
 
-NUMBERS = st.floats(allow_nan=False, allow_infinity=False)
 NAMES = st.text() | st.sampled_from(['"}\n{', "\x1b[2J\x00", "<script>", "\u2028\u202e", "\ud800"])
 INTEGERS = st.integers(-(2**70), 2**70)
 

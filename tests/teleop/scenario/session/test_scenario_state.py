@@ -8,9 +8,8 @@ import pytest
 
 from teleop.scenario.operators.memory_transport import MemoryTransport
 from teleop.scenario.operators.operator import Briefing
-from teleop.scenario.operators.wire import Answer, Wire
 from teleop.scenario.session.scenario_state import TOPIC, TYPE
-from tests.teleop.scenario.session.support import Forward, Listener, run, scenario
+from tests.teleop.scenario.session.support import Listener, run, scenario
 
 GOALS = [{"at": [2.5, 4.0], "within": 0.3}, {"at": "middle", "within": 0.7}]
 
@@ -86,45 +85,3 @@ def test_last_state_counts_the_goal_that_ended_the_run() -> None:
 
 def test_time_that_is_left_is_never_negative() -> None:
     assert last(time=0.29)["time_left"] == 0.0
-
-
-EVIL = "</script><script>alert(1)</script>\x1b[2J\x00\u202e\"'&<b>\n"
-
-
-class Cheat(Listener):
-    """Says what only the robot may say, and asks for what is not there, with names of its own making."""
-
-    def __init__(self) -> None:
-        super().__init__()
-        self.answers: list[Answer] = []
-
-    def act(self, wire: Wire, now: int) -> None:
-        """Publish, call and hint."""
-        lies: dict[str, tuple[str, dict[str, Any]]] = {
-            TOPIC: (TYPE, {"phase": "over", "ending": EVIL, "goals_reached": 2}),
-            "/odom": ("nav_msgs/msg/Odometry", {}),
-            "/scan": ("sensor_msgs/msg/LaserScan", {}),
-            "/tf": ("tf2_msgs/msg/TFMessage", {"transforms": []}),
-            "/amcl_pose": ("geometry_msgs/msg/PoseWithCovarianceStamped", {}),
-            "/localization/status": ("farsteer_msgs/msg/LocalizationStatus", {"health": "lost"}),
-            "/ground_truth/odom": ("nav_msgs/msg/Odometry", {}),
-            f"/{EVIL}": ("std_msgs/msg/String", {"data": EVIL}),
-        }
-        for topic, (kind, message) in lies.items():
-            wire.publish(topic, kind, message)
-        for service in ("/sim/step", f"/scenario/{EVIL}", EVIL):
-            wire.call(service, arguments={"ticks": 100}, on_answer=self.answers.append)
-        wire.send({"op": EVIL, "id": EVIL})
-
-
-def test_cheat_changes_neither_the_run_nor_what_others_see_of_it() -> None:
-    chosen = scenario(goals=[{"at": "middle"}])
-    honest, listener, cheat = Listener(), Listener(**{TOPIC: TYPE}), Cheat()
-    plain, cheated = Listener(**{TOPIC: TYPE}), run(chosen, Forward(), cheat, listener)
-    clean = run(chosen, Forward(), honest, plain)
-    assert cheated.sha256 == clean.sha256
-    assert len(cheated.ticks) == len(clean.ticks) == 50
-    assert states(listener) == states(plain)
-    assert cheated.session.referee.reached == 0
-    assert cheat.answers
-    assert all(answer.failure for answer in cheat.answers)

@@ -13,8 +13,6 @@ from teleop.scenario.standard.results import Feature
 from tests.teleop.scenario.standard.conftest import Desks
 from tests.teleop.scenario.standard.support import Desk, pose
 
-BOX = {"uri": "box_0.6x0.6x1"}
-
 
 def spawn(name: str, x: float, y: float, uri: str = "box_0.6x0.6x1", **more: Any) -> dict[str, Any]:
     return {

@@ -1,21 +1,12 @@
-"""What all tests of sessions share."""
+"""What all tests of forks share."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
 
 from tests.teleop.scenario.whatif.support import as_if_by_a_client, record
-
-
-@pytest.fixture(scope="session", autouse=True)
-def derived_files(cache: Path) -> Iterator[None]:
-    """Keep prepared maps in a folder of the tests' own."""
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setenv("XDG_CACHE_HOME", str(cache.parent))
-        yield
 
 
 @pytest.fixture(scope="session")

@@ -1,4 +1,4 @@
-"""What all tests of tours share."""
+"""What all tests of scenarios share."""
 
 from __future__ import annotations
 
