@@ -64,6 +64,7 @@ def test_changes_are_those_of_a_careless_programmer_and_each_is_valid_code() -> 
         found.setdefault(mutant.scope, []).append(mutant.change.partition(" in: ")[0])
         changed = mutant.applied_to(CODE)
         assert changed != CODE
+        assert mutant.imported == (mutant.scope != "Robot.speed")
         assert ast.unparse(ast.parse(changed)) != ast.unparse(ast.parse(CODE))
     assert found == CHANGES
 

@@ -70,6 +70,8 @@ class Mutant:
     """What takes its place."""
     lines: frozenset[int]
     """Lines of the replaced text, and the first of its statement."""
+    imported: bool
+    """Whether it runs while its file is imported."""
 
     @property
     def case(self) -> str:
@@ -89,7 +91,9 @@ def mutants_of(sources: Mapping[str, str]) -> Iterator[Mutant]:
         for line in source.encode().splitlines(keepends=True):
             starts.append(starts[-1] + len(line))
         seen: Counter[tuple[str, str]] = Counter()
-        for scope, statement, node, new in _visit(ast.parse(source), _MODULE, ast.Pass()):
+        for scope, statement, node, new, imported in _visit(
+            ast.parse(source), _MODULE, ast.Pass(), imported=True
+        ):
             change = f"{_short(node)} -> {_short(new)}"
             if node is not statement:
                 change += f" in: {_short(statement)}"
@@ -106,14 +110,17 @@ def mutants_of(sources: Mapping[str, str]) -> Iterator[Mutant]:
                 end=starts[last - 1] + (node.end_col_offset or 0),
                 text=text if isinstance(new, ast.stmt) else f"({text})",
                 lines=frozenset((statement.lineno, *range(node.lineno, last + 1))),
+                imported=imported,
             )
 
 
 def _visit(
-    node: ast.AST, scope: str, statement: ast.stmt
-) -> Iterator[tuple[str, ast.stmt, _Node, _Node]]:
-    """Yield scope, statement, node, and what could take the node's place, for all nodes below one."""
+    node: ast.AST, scope: str, statement: ast.stmt, *, imported: bool
+) -> Iterator[tuple[str, ast.stmt, _Node, _Node, bool]]:
+    """Yield for all nodes below one: scope, statement, node, what could take its place, and whether an import runs it."""
+    is_function = isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef)
     for name, value in ast.iter_fields(node):
+        runs = imported and not (is_function and name == "body")
         for child in value if isinstance(value, list) else [value]:
             # Python 3.11 does not know where the parts of an f-string are.
             if (
@@ -126,11 +133,11 @@ def _visit(
                 continue
             within = child if isinstance(child, ast.stmt) else statement
             for old, new in _changes(child):
-                yield scope, within, old, new
+                yield scope, within, old, new, runs
             inner = scope
             if isinstance(child, ast.FunctionDef | ast.AsyncFunctionDef | ast.ClassDef):
                 inner = child.name if scope == _MODULE else f"{scope}.{child.name}"
-            yield from _visit(child, inner, within)
+            yield from _visit(child, inner, within, imported=runs)
 
 
 def _changes(node: ast.AST) -> Iterator[tuple[_Node, _Node]]:

@@ -149,13 +149,12 @@ class Trial:
     def _that_run(self, mutant: Mutant) -> tuple[list[str], list[str]]:
         """Return the tests that run a mutant, those of its folder and the others, the fastest first.
 
-        A line that is run while its file is imported can change whatever runs in that file.
+        What runs while its file is imported can change whatever runs in that file.
         """
         contexts = self._contexts.contexts_by_lineno(mutant.path)
-        found = {name for line in mutant.lines for name in contexts.get(line, ())}
-        if "" in found:
-            found = {name for names in contexts.values() for name in names}
-        tests = {name.rpartition("|")[0] for name in found} & self._seconds.keys()
+        lines = contexts.keys() if mutant.imported else mutant.lines
+        found = {name.rpartition("|")[0] for line in lines for name in contexts.get(line, ())}
+        tests = found & self._seconds.keys()
         folder = f"tests/{PurePosixPath(mutant.path).parent}"
         near, far = list[str](), list[str]()
         for name in sorted(tests - self._unreliable, key=lambda name: (self._seconds[name], name)):
