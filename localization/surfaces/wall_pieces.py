@@ -19,7 +19,7 @@ IntArray = npt.NDArray[np.int64]
 _COLUMN: Final = 0.05
 """Side of the columns to which upright points are gathered [m]: less than the thickness of a thin wall."""
 _SIDES: Final = 8
-"""Directions that a column's faces are told apart by: the two faces of a thin wall are two columns."""
+"""Directions by which a column's faces are distinguished: the two faces of a thin wall are two columns."""
 _REACH: Final = 0.45
 """Greatest distance between neighbouring columns of one piece [m]: scans of a turning robot lie so far apart, and no
 way through is so narrow."""

@@ -18,7 +18,6 @@ const common = {
   target: ["chrome110", "firefox115", "safari16.4"],
   jsx: "automatic",
   jsxImportSource: "preact",
-  alias: { bson: "./src/link/no_bson.ts" },
   legalComments: "none",
   metafile: true,
   logLevel: "warning",

@@ -1,12 +1,7 @@
-/**
- * Goals of actions that always come to an end: a result, a rejection, or the connection's end.
- *
- * roslib's own client of actions gives only a text for goals that were not reached, in which the result's fields are lost,
- * and queues goals for the next connection; so the operations are sent here.
- */
+/** Goals of actions that always come to an end: a result, a rejection, or the connection's end. */
 
-import type { Ros } from "roslib";
 import { linkTexts } from "../texts/link";
+import type { RosbridgeClient } from "./rosbridge_client";
 
 /** How a goal ended: with the fields of its result, or rejected in words. */
 export type GoalEnd =
@@ -19,17 +14,16 @@ export interface GoalListener {
 }
 
 export class ActionGoals {
-  #ros: Ros | undefined;
-  #number = 0;
+  #client: RosbridgeClient | undefined;
   readonly #active = new Set<(end: GoalEnd) => void>();
 
-  attach(ros: Ros): void {
-    this.#ros = ros;
+  attach(client: RosbridgeClient): void {
+    this.#client = client;
   }
 
   /** End all goals: the robot cancels those of a client that has left. */
   detach(): void {
-    this.#ros = undefined;
+    this.#client = undefined;
     for (const end of [...this.#active]) {
       end({ ok: false, words: linkTexts.answers.lostMeanwhile });
     }
@@ -37,34 +31,28 @@ export class ActionGoals {
 
   /** Send a goal; returns what cancels it, or undefined without a connection. */
   send(action: string, type: string, goal: object, listener: GoalListener): (() => void) | undefined {
-    const ros = this.#ros;
-    if (ros?.isConnected !== true) {
+    const client = this.#client;
+    const id = client?.ask({ op: "send_action_goal", action, action_type: type, args: goal, feedback: true }, (message) => {
+      const { op, result, values } = message;
+      if (op === "action_feedback") {
+        listener.feedback(values);
+      } else if (op === "action_result") {
+        end(result === true ? { ok: true, values } : { ok: false, words: typeof values === "string" ? values.slice(0, 1000) : "" });
+      }
+    });
+    if (client === undefined || id === undefined) {
       return undefined;
     }
-    this.#number += 1;
-    const id = `goal:${action}:${this.#number}`;
     const end = (how: GoalEnd): void => {
-      ros.off(id, take);
+      client.forget(id);
       if (this.#active.delete(end)) {
         listener.ended(how);
       }
     };
-    const take = (message: object): void => {
-      const operation: unknown = Reflect.get(message, "op");
-      const values: unknown = Reflect.get(message, "values");
-      if (operation === "action_feedback") {
-        listener.feedback(values);
-      } else if (operation === "action_result") {
-        const reached = Reflect.get(message, "result") === true;
-        end(reached ? { ok: true, values } : { ok: false, words: typeof values === "string" ? values.slice(0, 1000) : "" });
-      }
-    };
     this.#active.add(end);
-    ros.on(id, take);
-    ros.callOnConnection({ op: "send_action_goal", id, action, action_type: type, args: goal, feedback: true });
     return () => {
-      if (this.#active.has(end) && ros.isConnected) {
-        ros.callOnConnection({ op: "cancel_action_goal", id, action });
+      if (this.#active.has(end)) {
+        client.send({ op: "cancel_action_goal", id, action });
       }
     };
   }

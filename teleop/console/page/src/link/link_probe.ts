@@ -60,8 +60,8 @@ export class LinkProbe {
     const farsteer = this.#hasSession && this.#state.dialect.peek() !== "plain";
     this.#recorder.asked(askedAt);
     const reply = farsteer
-      ? await this.#calls.call("/teleop/session", "farsteer_msgs/Session")
-      : await this.#calls.call("/rosapi/get_time", "rosapi/GetTime");
+      ? await this.#calls.call("/teleop/session")
+      : await this.#calls.call("/rosapi/get_time");
     if (generation !== this.#generation) {
       return;
     }
@@ -85,7 +85,7 @@ export class LinkProbe {
 
   async #askCounts(): Promise<void> {
     const generation = this.#generation;
-    const reply = await this.#calls.call("/teleop/link", "farsteer_msgs/LinkStatistics");
+    const reply = await this.#calls.call("/teleop/link");
     if (generation !== this.#generation) {
       return;
     }

@@ -1,6 +1,5 @@
 /** What the page asks of the robot, as messages and calls. Nothing is kept for later: what cannot leave now is not sent. */
 
-import { type Ros, Topic } from "roslib";
 import { JOY_LAYOUT } from "../operating_data";
 import type { CameraCommands, PhotoAnswer, StepCommands, StepGoal, StepListener } from "../robot/robot_actions";
 import type { RobotCommands } from "../robot/robot_commands";
@@ -11,6 +10,7 @@ import { ActionGoals, type GoalListener } from "./action_goals";
 import { canonicalType, readPreview } from "./message_checks/answers";
 import { check } from "./message_checks/field";
 import { readPhoto, readStepEnd, readStepProgress } from "./message_checks/step_messages";
+import type { RosbridgeClient } from "./rosbridge_client";
 import type { ServiceCalls } from "./service_calls";
 
 /** What the commands need of the connection. */
@@ -36,24 +36,21 @@ const PHOTO_PATIENCE = 25;
 
 export class RobotCommander implements RobotCommands, StepCommands, CameraCommands {
   readonly #parts: CommandParts;
-  readonly #topics = new Map<string, Topic>();
   readonly #goals = new ActionGoals();
-  #ros: Ros | undefined;
+  #client: RosbridgeClient | undefined;
 
   constructor(parts: CommandParts) {
     this.#parts = parts;
   }
 
-  attach(ros: Ros): void {
-    this.#topics.clear();
-    this.#goals.attach(ros);
-    this.#ros = ros;
+  attach(client: RosbridgeClient): void {
+    this.#goals.attach(client);
+    this.#client = client;
   }
 
   detach(): void {
-    this.#topics.clear();
     this.#goals.detach();
-    this.#ros = undefined;
+    this.#client = undefined;
   }
 
   joy(forward: number, turn: number, deadman: boolean, turbo: boolean): boolean {
@@ -85,7 +82,7 @@ export class RobotCommander implements RobotCommands, StepCommands, CameraComman
 
   async previewHint(pose: PlanarPose): Promise<HintPreview | undefined> {
     const request = { pose: poseMessage(pose) };
-    const reply = await this.#parts.calls.call("/localization/preview_hint", "farsteer_msgs/PreviewHint", request, 3);
+    const reply = await this.#parts.calls.call("/localization/preview_hint", request, 3);
     if (!reply.ok) {
       return undefined;
     }
@@ -147,7 +144,7 @@ export class RobotCommander implements RobotCommands, StepCommands, CameraComman
   }
 
   async takePhoto(): Promise<PhotoAnswer> {
-    const reply = await this.#parts.calls.call("/camera/photo", "farsteer_msgs/TakePhoto", {}, PHOTO_PATIENCE);
+    const reply = await this.#parts.calls.call("/camera/photo", {}, PHOTO_PATIENCE);
     const answer = reply.ok ? check(readPhoto, reply.values) : undefined;
     if (answer?.ok === true) {
       return answer.value;
@@ -181,17 +178,7 @@ export class RobotCommander implements RobotCommands, StepCommands, CameraComman
 
   /** Publish a message; false if it cannot be sent now. */
   publish(name: string, type: string, message: object): boolean {
-    const ros = this.#ros;
-    if (ros?.isConnected !== true || !this.#parts.flows()) {
-      return false;
-    }
-    let topic = this.#topics.get(name);
-    if (topic === undefined) {
-      topic = new Topic({ ros, name, messageType: this.#parts.typeOf(name) ?? type, reconnect_on_close: false });
-      this.#topics.set(name, topic);
-    }
-    topic.publish(message);
-    return true;
+    return this.#parts.flows() && this.#client?.publish(name, this.#parts.typeOf(name) ?? type, message) === true;
   }
 }
 

@@ -1,7 +1,6 @@
 /** The page's link to a robot: brings its state in, takes commands out, and comes back by itself. */
 
 import { batch, signal, type ReadonlySignal } from "@preact/signals";
-import type { Ros } from "roslib";
 import type { CameraCommands, StepCommands } from "../robot/robot_actions";
 import type { RobotCommands } from "../robot/robot_commands";
 import { betterReading, forgetRun, type LinkStatistics, type RobotState } from "../robot/robot_state";
@@ -23,6 +22,7 @@ import { RobotPicture } from "./robot_picture";
 import { ARM_TOPIC, robotStreams } from "./robot_streams";
 import { robotWire, type RobotWire } from "./robot_wire";
 import { RosbridgeConnection } from "./rosbridge_connection";
+import type { RosbridgeClient } from "./rosbridge_client";
 import { type NewRun, RunWatch } from "./run_watch";
 import { ServiceCalls } from "./service_calls";
 import { Subscriptions } from "./subscriptions";
@@ -129,8 +129,8 @@ export class RobotLink {
     });
     const report = connectionReporter(address, events);
     this.#connection = new RosbridgeConnection(address, this.#token, parts, {
-      opened: (ros) => {
-        this.#opened(ros);
+      opened: (client) => {
+        this.#opened(client);
       },
       closed: () => {
         this.#closed();
@@ -198,11 +198,11 @@ export class RobotLink {
     this.#want();
   }
 
-  #opened(ros: Ros): void {
+  #opened(client: RosbridgeClient): void {
     this.#recorder.reset(this.#parts.now());
-    this.#calls.attach(ros);
-    this.#commander.attach(ros);
-    this.#subscriptions.attach(ros);
+    this.#calls.attach(client);
+    this.#commander.attach(client);
+    this.#subscriptions.attach(client);
     this.#probe.reset();
     void this.#topics.ask();
     this.#probe.tick(this.#parts.now());

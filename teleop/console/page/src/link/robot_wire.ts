@@ -17,7 +17,7 @@ export interface RobotWire {
   /** Publish a message that has no header. */
   publishPlain(topic: string, type: string, message: object): boolean;
   /** Call a service that answers within some seconds, or within these. */
-  call(service: string, type: string, request: object, seconds?: number): Promise<Reply>;
+  call(service: string, request: object, seconds?: number): Promise<Reply>;
   trigger(service: string): Promise<Answer>;
   /** Send a goal; returns what cancels it, or undefined if it cannot be sent now. */
   goal(action: string, type: string, goal: object, listener: GoalListener): (() => void) | undefined;
@@ -31,7 +31,7 @@ export function robotWire(
     listen: (streams) => subscriptions.also(streams),
     publish: (topic, type, frame, message) => commander.publish(topic, type, { ...commander.header(frame), ...message }),
     publishPlain: (topic, type, message) => commander.publish(topic, type, message),
-    call: (service, type, request, seconds) => calls.call(service, type, request, seconds),
+    call: (service, request, seconds) => calls.call(service, request, seconds),
     trigger: (service) => calls.trigger(service),
     goal: (action, type, goal, listener) => commander.goal(action, type, goal, listener),
   };

@@ -1,9 +1,9 @@
 /** A connection that comes back by itself; each time with a client of its own, so that nothing old is sent again. */
 
-import { Ros } from "roslib";
 import type { Connection } from "../robot/robot_state";
 import { linkTexts } from "../texts/link";
 import { asksForToken, consequenceOf } from "./closing_words";
+import { type Operation, RosbridgeClient } from "./rosbridge_client";
 import { type Closing, type Socket, SocketTransport } from "./socket_transport";
 
 /** Before the first attempt to come back, and before each further one [ms]. */
@@ -31,7 +31,7 @@ export interface ConnectionParts {
 
 /** What the connection reports. */
 export interface ConnectionListener {
-  readonly opened: (ros: Ros) => void;
+  readonly opened: (client: RosbridgeClient) => void;
   readonly closed: () => void;
   readonly changed: (connection: Connection) => void;
   readonly received: (bytes: number) => void;
@@ -84,7 +84,7 @@ export class RosbridgeConnection {
     this.#failures = 0;
     const transport = this.#transport;
     this.#transport = undefined;
-    if (transport?.isOpen() === true) {
+    if (transport?.isOpen === true) {
       this.#listener.closed();
     }
     transport?.abandon("");
@@ -124,63 +124,56 @@ export class RosbridgeConnection {
       this.#change("refused", words(this.#address));
       return;
     }
-    const transport = new SocketTransport(
-      socket, this.#token,
-      (bytes) => {
+    const transport = new SocketTransport(socket, this.#token, {
+      opened: () => {
+        this.#opened(client);
+      },
+      received: (bytes) => {
         this.#heardAt = this.#parts.now();
         this.#listener.received(bytes);
       },
-      (closing) => {
+      took: (operation) => {
+        this.#take(transport, operation);
+        client.take(operation);
+      },
+      unreadable: () => {
+        if (this.#understood) {
+          this.#listener.unreadable();
+        } else {
+          this.#refuse(transport, linkTexts.notRosbridge(this.#address));
+        }
+      },
+      ended: (closing) => {
         this.#ended(transport, closing);
       },
-    );
+    });
+    const client = new RosbridgeClient((operation) => transport.send(operation));
     this.#transport = transport;
-    const ros = new Ros({ transportFactory: () => Promise.resolve(transport) });
-    this.#listen(transport, ros);
     this.#deadline = setTimeout(() => {
       transport.abandon(HUNG);
     }, OPEN_TIMEOUT);
   }
 
-  #listen(transport: SocketTransport, ros: Ros): void {
-    // The client must listen before the socket can open, which is no earlier than the next task.
-    void ros.connect(this.#address).then(() => {
-      transport.on("open", () => {
-        this.#opened(ros);
-      });
-    });
-    transport.on("message", (message) => {
-      this.#take(transport, message);
-    });
-    transport.on("error", () => {
-      if (this.#understood) {
-        this.#listener.unreadable();
-      } else {
-        this.#refuse(transport, linkTexts.notRosbridge(this.#address));
-      }
-    });
-  }
-
-  #opened(ros: Ros): void {
+  #opened(client: RosbridgeClient): void {
     clearTimeout(this.#deadline);
     this.#heardAt = this.#watchedAt = this.#parts.now();
     // Whether it is a robot that talks to us shows with its first answer; the listener asks for one.
-    this.#listener.opened(ros);
+    this.#listener.opened(client);
   }
 
-  #take(transport: SocketTransport, message: { readonly op: string }): void {
-    if (OWN_OPERATIONS.has(message.op)) {
+  #take(transport: SocketTransport, { op, msg, level }: Operation): void {
+    if (OWN_OPERATIONS.has(op)) {
       this.#refuse(transport, linkTexts.notRosbridge(this.#address));
       return;
     }
-    if (message.op === "status") {
-      const words = "msg" in message && typeof message.msg === "string" ? message.msg.slice(0, 1000) : "";
+    if (op === "status") {
+      const words = typeof msg === "string" ? msg.slice(0, 1000) : "";
       if (asksForToken(words)) {
         this.#refuse(transport, this.#token === "" ? linkTexts.tokenMissing : linkTexts.tokenRefused);
         return;
       }
       this.#understand();
-      this.#listener.status("level" in message && typeof message.level === "string" ? message.level : "", words);
+      this.#listener.status(typeof level === "string" ? level : "", words);
     } else {
       this.#understand();
     }
@@ -237,7 +230,7 @@ export class RosbridgeConnection {
   #explain(closing: Closing): void {
     if (this.#failures % 5 === 0) {
       void this.#parts.diagnose(closing.reason === HUNG).then((words) => {
-        if (this.#transport?.isOpen() !== true && this.#connection.phase !== "open" && !this.#stopped) {
+        if (this.#transport?.isOpen !== true && this.#connection.phase !== "open" && !this.#stopped) {
           this.#change(this.#connection.phase === "refused" ? "refused" : "lost", words);
         }
       });
@@ -251,7 +244,7 @@ export class RosbridgeConnection {
     }
     this.#watchedAt = now;
     const transport = this.#transport;
-    if (transport?.isOpen() !== true || now - this.#heardAt <= SILENCE_LIMIT) {
+    if (transport?.isOpen !== true || now - this.#heardAt <= SILENCE_LIMIT) {
       return;
     }
     if (this.#understood) {

@@ -1,10 +1,10 @@
 /** Calls of services that always come to an end: an answer, a refusal, a time-out, or the connection's end. */
 
-import { type Ros, Service } from "roslib";
 import { linkTexts } from "../texts/link";
 import type { Answer } from "../values";
 import { readAnswer } from "./message_checks/answers";
 import { check } from "./message_checks/field";
+import type { RosbridgeClient } from "./rosbridge_client";
 
 /** What a service answered; or in words why there is no answer. */
 export type Reply =
@@ -19,59 +19,52 @@ export type Reply =
 const PATIENCE = 5;
 
 export class ServiceCalls {
-  #ros: Ros | undefined;
+  #client: RosbridgeClient | undefined;
   readonly #waiting = new Set<(reply: Reply) => void>();
 
-  attach(ros: Ros): void {
-    this.#ros = ros;
+  attach(client: RosbridgeClient): void {
+    this.#client = client;
   }
 
   /** End all calls: none is made again on the next connection. */
   detach(): void {
-    this.#ros = undefined;
+    this.#client = undefined;
     for (const end of [...this.#waiting]) {
       end({ ok: false, words: linkTexts.answers.lostMeanwhile, refused: false });
     }
   }
 
   get connected(): boolean {
-    return this.#ros !== undefined;
+    return this.#client !== undefined;
   }
 
   /** Call a service; the promise is never rejected. */
-  call(name: string, type: string, request: object = {}, seconds = PATIENCE): Promise<Reply> {
-    const ros = this.#ros;
-    if (ros?.isConnected !== true) {
-      return Promise.resolve({ ok: false, words: linkTexts.answers.notConnected, refused: false });
-    }
+  call(name: string, request: object = {}, seconds = PATIENCE): Promise<Reply> {
+    const client = this.#client;
     return new Promise((resolve) => {
       const end = (reply: Reply): void => {
         clearTimeout(timer);
+        client?.forget(id ?? "");
         if (this.#waiting.delete(end)) {
           resolve(reply);
         }
       };
+      const id = client?.ask({ op: "call_service", service: name, args: request, timeout: seconds }, ({ result, values }) => {
+        end(result === true ? { ok: true, values } : { ok: false, words: reasonOf(values), refused: true });
+      });
       const timer = setTimeout(() => {
         end({ ok: false, words: linkTexts.answers.noAnswer(seconds), refused: false });
       }, seconds * 1000);
       this.#waiting.add(end);
-      const service = new Service<object, unknown>({ ros, name, serviceType: type });
-      service.callService(
-        request,
-        (values) => {
-          end({ ok: true, values });
-        },
-        (reason: unknown) => {
-          end({ ok: false, words: reasonOf(reason), refused: true });
-        },
-        seconds,
-      );
+      if (id === undefined) {
+        end({ ok: false, words: linkTexts.answers.notConnected, refused: false });
+      }
     });
   }
 
   /** Call a `std_srvs/Trigger`. */
   async trigger(name: string): Promise<Answer> {
-    const reply = await this.call(name, "std_srvs/Trigger");
+    const reply = await this.call(name);
     if (!reply.ok) {
       return { success: false, message: reply.words };
     }

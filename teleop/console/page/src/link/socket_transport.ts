@@ -1,6 +1,7 @@
-/** A WebSocket as roslib wants it, which counts what passes and says who it is first. */
+/** Operations over a WebSocket, which counts what passes and says who it is first. */
 
-import { AbstractTransport } from "roslib";
+import { decode } from "cbor2";
+import type { Operation, Take } from "./rosbridge_client";
 
 /** The part of a WebSocket that the link uses; tests give their own. */
 export type Socket = Pick<
@@ -21,31 +22,36 @@ export const ABNORMAL = 1006;
 /** Bytes that may wait in the browser; beyond, a command would arrive too late to be true. */
 const MOST_WAITING = 16 * 1024;
 
-const CONNECTING = 0;
 const OPEN = 1;
-const CLOSING = 2;
-const CLOSED = 3;
 
-type OutgoingMessage = Parameters<AbstractTransport["send"]>[0];
+/** What happens to a socket. */
+export interface SocketListener {
+  readonly opened: () => void;
+  /** The size of each frame that arrives [B]. */
+  readonly received: (bytes: number) => void;
+  readonly took: Take;
+  /** A frame is no operation. */
+  readonly unreadable: () => void;
+  /** Called once, however the connection ends. */
+  readonly ended: (closing: Closing) => void;
+}
 
-export class SocketTransport extends AbstractTransport {
+export class SocketTransport {
   readonly #socket: Socket;
-  readonly #received: (bytes: number) => void;
+  readonly #listener: SocketListener;
   #closed = false;
   #opened = false;
 
   /**
    * @param socket A socket that is about to open.
    * @param token What to log in with; empty without.
-   * @param received Called with the size of each frame that arrives.
-   * @param ended Called once, however the connection ends.
+   * @param listener Hears what happens.
    */
-  constructor(socket: Socket, token: string, received: (bytes: number) => void, ended: (closing: Closing) => void) {
-    super();
+  constructor(socket: Socket, token: string, listener: SocketListener) {
     this.#socket = socket;
-    this.#received = received;
+    this.#listener = listener;
     socket.binaryType = "arraybuffer";
-    socket.onopen = (event) => {
+    socket.onopen = () => {
       if (this.#closed) {
         return;
       }
@@ -53,71 +59,74 @@ export class SocketTransport extends AbstractTransport {
       if (token !== "") {
         socket.send(JSON.stringify({ op: "auth", token }));
       }
-      this.emit("open", event);
+      listener.opened();
     };
     socket.onmessage = (event) => {
       this.#take(event.data);
     };
     socket.onclose = (event) => {
-      this.#end({ code: event.code, reason: event.reason, wasOpen: this.#opened }, ended);
+      this.#end(event.code, event.reason);
     };
     // A close follows, and says more.
     socket.onerror = null;
-    this.abandon = (reason) => {
-      this.#end({ code: ABNORMAL, reason, wasOpen: this.#opened }, ended);
-    };
   }
 
   /** End at once, without waiting for a network that may be gone. */
-  readonly abandon: (reason: string) => void;
+  abandon(reason: string): void {
+    this.#end(ABNORMAL, reason);
+  }
 
   #take(data: unknown): void {
     if (this.#closed) {
       return;
     }
-    this.#received(typeof data === "string" ? data.length : data instanceof ArrayBuffer ? data.byteLength : 0);
-    this.handleRawMessage(data);
+    this.#listener.received(typeof data === "string" ? data.length : data instanceof ArrayBuffer ? data.byteLength : 0);
+    const operation = operationOf(data);
+    if (operation === undefined) {
+      this.#listener.unreadable();
+    } else {
+      this.#listener.took(operation);
+    }
   }
 
-  #end(closing: Closing, ended: (closing: Closing) => void): void {
+  #end(code: number, reason: string): void {
     if (this.#closed) {
       return;
     }
     this.#closed = true;
     this.#socket.onopen = this.#socket.onmessage = this.#socket.onclose = null;
     this.#socket.close();
-    this.emit("close", closing);
-    ended(closing);
+    this.#listener.ended({ code, reason, wasOpen: this.#opened });
   }
 
   /** Whether what is sent now leaves now. */
   get flows(): boolean {
-    return this.isOpen() && this.#socket.bufferedAmount <= MOST_WAITING;
+    return this.isOpen && this.#socket.bufferedAmount <= MOST_WAITING;
   }
 
-  override send(message: OutgoingMessage): void {
-    if (this.isOpen()) {
-      this.#socket.send(JSON.stringify(message));
+  /** Send an operation; false if the socket is not open. */
+  send(operation: Operation): boolean {
+    if (this.isOpen) {
+      this.#socket.send(JSON.stringify(operation));
     }
+    return this.isOpen;
   }
 
-  override close(): void {
-    this.abandon("");
-  }
-
-  override isConnecting(): boolean {
-    return !this.#closed && this.#socket.readyState === CONNECTING;
-  }
-
-  override isOpen(): boolean {
+  get isOpen(): boolean {
     return !this.#closed && this.#socket.readyState === OPEN;
   }
+}
 
-  override isClosing(): boolean {
-    return !this.#closed && this.#socket.readyState === CLOSING;
+/** The operation that a frame holds, as JSON or as CBOR; undefined if it holds none. */
+function operationOf(data: unknown): Operation | undefined {
+  try {
+    const operation: unknown = data instanceof ArrayBuffer ? decode(new Uint8Array(data)) : JSON.parse(String(data));
+    return isOperation(operation) ? operation : undefined;
+  } catch {
+    return undefined;
   }
+}
 
-  override isClosed(): boolean {
-    return this.#closed || this.#socket.readyState === CLOSED;
-  }
+function isOperation(value: unknown): value is Operation {
+  return typeof value === "object" && value !== null && "op" in value && typeof value.op === "string";
 }

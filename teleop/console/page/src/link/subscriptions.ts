@@ -1,6 +1,6 @@
 /** Which topics the page listens to: brought in line with what is wanted, on each connection anew. */
 
-import { type Ros, Topic } from "roslib";
+import type { RosbridgeClient } from "./rosbridge_client";
 
 /** A topic that the page wants, and what to do with its messages. */
 export interface Stream {
@@ -16,27 +16,22 @@ export interface Stream {
   readonly take: (message: unknown) => void;
 }
 
-interface Active {
-  readonly stream: Stream;
-  readonly topic: Topic;
-}
-
 export class Subscriptions {
-  readonly #active = new Map<string, Active>();
-  #ros: Ros | undefined;
+  readonly #active = new Map<string, Stream>();
+  #client: RosbridgeClient | undefined;
   #wanted: readonly Stream[] = [];
   readonly #also = new Set<readonly Stream[]>();
 
   /** Listen on a new connection; none of the last one is left. */
-  attach(ros: Ros): void {
+  attach(client: RosbridgeClient): void {
     this.#active.clear();
-    this.#ros = ros;
+    this.#client = client;
     this.#update();
   }
 
   detach(): void {
     this.#active.clear();
-    this.#ros = undefined;
+    this.#client = undefined;
   }
 
   /** Listen to these topics and no others. */
@@ -57,10 +52,9 @@ export class Subscriptions {
 
   /** Have the latched messages sent again. */
   renewLatched(): void {
-    for (const [name, { stream, topic }] of [...this.#active]) {
-      if (stream.latched) {
-        topic.unsubscribe();
-        this.#active.delete(name);
+    for (const { latched, topic } of [...this.#active.values()]) {
+      if (latched) {
+        this.#end(topic);
       }
     }
     this.#update();
@@ -68,27 +62,32 @@ export class Subscriptions {
 
   /** Topics whose messages should keep coming. */
   get topics(): readonly string[] {
-    return [...this.#active.values()].filter(({ stream }) => !stream.latched).map(({ stream }) => stream.topic);
+    return [...this.#active.values()].filter(({ latched }) => !latched).map(({ topic }) => topic);
   }
 
   #update(): void {
-    const ros = this.#ros;
-    if (ros === undefined) {
+    const client = this.#client;
+    if (client === undefined) {
       return;
     }
     const wanted = new Map([...this.#wanted, ...[...this.#also].flat()].map((stream) => [stream.topic, stream]));
-    for (const [name, { stream, topic }] of [...this.#active]) {
-      const now = wanted.get(name);
+    for (const stream of [...this.#active.values()]) {
+      const now = wanted.get(stream.topic);
       if (now === undefined || !alike(now, stream)) {
-        topic.unsubscribe();
-        this.#active.delete(name);
+        this.#end(stream.topic);
       }
     }
     for (const stream of wanted.values()) {
       if (!this.#active.has(stream.topic)) {
-        this.#active.set(stream.topic, { stream, topic: subscribe(ros, stream) });
+        this.#active.set(stream.topic, stream);
+        subscribe(client, stream);
       }
     }
+  }
+
+  #end(topic: string): void {
+    this.#client?.unsubscribe(topic);
+    this.#active.delete(topic);
   }
 }
 
@@ -96,20 +95,13 @@ function alike(a: Stream, b: Stream): boolean {
   return a.type === b.type && a.throttle === b.throttle && a.cbor === b.cbor;
 }
 
-function subscribe(ros: Ros, stream: Stream): Topic {
-  const topic = new Topic({
-    ros,
-    name: stream.topic,
-    messageType: stream.type,
-    compression: stream.cbor ? "cbor" : "none",
-    throttle_rate: stream.throttle,
+function subscribe(client: RosbridgeClient, { topic, type, cbor, throttle, latched, take }: Stream): void {
+  const wishes = {
+    type,
+    compression: cbor ? "cbor" : "none",
+    throttle_rate: throttle,
     // Of what a slow link cannot take, only the newest matters, unless each message tells of other frames.
-    queue_length: stream.latched || stream.topic === "/tf" ? 0 : 1,
-    // Each connection has a client of its own, which is told again what is wanted.
-    reconnect_on_close: false,
-  });
-  topic.subscribe((message) => {
-    stream.take(message);
-  });
-  return topic;
+    queue_length: latched || topic === "/tf" ? 0 : 1,
+  };
+  client.subscribe(topic, wishes, take);
 }

@@ -57,7 +57,7 @@ export class TopicList {
 
   /** Ask the server what it has. */
   async ask(): Promise<void> {
-    const reply = await this.#calls.call("/rosapi/topics", "rosapi/Topics", {}, PATIENCE);
+    const reply = await this.#calls.call("/rosapi/topics", {}, PATIENCE);
     if (reply.ok) {
       const topics = check(readTopics, reply.values);
       if (topics.ok) {

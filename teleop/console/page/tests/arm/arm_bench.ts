@@ -130,7 +130,7 @@ export class ArmBench {
       },
       publish: (topic, _type, frame, message) => publish(topic, frame, message),
       publishPlain: (topic, _type, message) => publish(topic, "", message),
-      call: (service, _type, request) => {
+      call: (service, request) => {
         this.calls.push({ service, request });
         return Promise.resolve(this.reply);
       },

@@ -1,7 +1,7 @@
 /** A connection with sockets of its own, for tests. */
 
-import type { Ros } from "roslib";
 import { vi } from "vitest";
+import type { RosbridgeClient } from "../../src/link/rosbridge_client";
 import { RosbridgeConnection } from "../../src/link/rosbridge_connection";
 import type { Connection } from "../../src/robot/robot_state";
 import { FakeSocket } from "./fake_socket";
@@ -12,7 +12,7 @@ export const PUBLISHED = { op: "publish", topic: "/t", msg: {} };
 export class Bench {
   readonly sockets: FakeSocket[] = [];
   readonly changes: Connection[] = [];
-  readonly clients: Ros[] = [];
+  readonly clients: RosbridgeClient[] = [];
   readonly statuses: string[] = [];
   closed = 0;
   unreadable = 0;
@@ -35,8 +35,8 @@ export class Bench {
         now: () => performance.now(),
       },
       {
-        opened: (ros) => {
-          this.clients.push(ros);
+        opened: (client) => {
+          this.clients.push(client);
         },
         closed: () => {
           this.closed += 1;

@@ -50,7 +50,7 @@ describe("a connection", () => {
     await bench.open();
     const [first] = bench.clients;
     bench.socket.drop();
-    first?.callOnConnection({ op: "publish", topic: "/joy", msg: {} });
+    expect(first?.publish("/joy", "sensor_msgs/Joy", {})).toBe(false);
     await vi.advanceTimersByTimeAsync(FIRST_RETRY);
     const socket = await bench.open();
     expect(socket.sent).toEqual([]);

@@ -25,7 +25,7 @@ export class WayOut {
   async go(): Promise<void> {
     this.#failed.value = "";
     this.#going.value = true;
-    const reply = await this.wire.call("/arm/way_out", "std_srvs/Trigger", {}, PATIENCE);
+    const reply = await this.wire.call("/arm/way_out", {}, PATIENCE);
     this.#going.value = false;
     if (!reply.ok) {
       this.#failed.value = texts.notOut(reply.words);
@@ -40,7 +40,7 @@ export class WayOut {
   /** Stop it; a service has no goal that could be cancelled, so all that moves the arm is paused for a moment. */
   async stop(): Promise<void> {
     if (this.#going.peek()) {
-      const pause = (data: boolean) => this.wire.call("/servo_node/pause_servo", "std_srvs/SetBool", { data });
+      const pause = (data: boolean) => this.wire.call("/servo_node/pause_servo", { data });
       await pause(true);
       await pause(false);
     }
