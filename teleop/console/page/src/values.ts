@@ -105,6 +105,33 @@ export interface CameraImage {
   readonly receivedAt: number;
 }
 
+/** Which segments of the bumpers were pressed last, each ring from the robot's left. */
+export interface Bumpers {
+  readonly front: readonly boolean[];
+  readonly rear: readonly boolean[];
+  readonly receivedAt: number;
+}
+
+/** What the drive reports of falls and stalls: 0 nothing, 1 a warning, 2 an error. */
+export interface DriveTrouble {
+  readonly level: number;
+  readonly words: string;
+}
+
+/** How fast the robot moves by where it is: along its heading [m/s], and to the left [rad/s]. */
+export interface MeasuredMotion {
+  readonly linear: number;
+  readonly angular: number;
+  readonly receivedAt: number;
+}
+
+/** The nearest thing in what the robot sees now: from its outline [m], and where, left of ahead [rad]. */
+export interface NearestObstacle {
+  readonly distance: number;
+  readonly bearing: number;
+  readonly receivedAt: number;
+}
+
 /** Who drives and whether the robot listens: `/teleop/state`. */
 export interface ControlState {
   readonly stamp: number;

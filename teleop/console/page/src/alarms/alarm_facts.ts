@@ -4,7 +4,7 @@ import { STALE_AFTER } from "../operating_data";
 import type { LinkStatistics, RobotState } from "../robot/robot_state";
 import type { Facts } from "../texts/filled";
 import { linkPanelTexts } from "../texts/panels";
-import type { ControlState, Session } from "../values";
+import type { Bumpers, ControlState, Session } from "../values";
 import { linkWord } from "./link_grade";
 
 /**
@@ -38,10 +38,39 @@ export function alarmFacts(
     // The first clause of the first reason: the whole ones stand in the panel of the place.
     reason: status?.reasons[0]?.split(";")[0],
     estop: control?.estop,
+    blocked: blockedFor(state, now),
+    ...bumpFacts(state.bumpers.peek(), now),
+    drive_level: state.driveTrouble.peek()?.level,
+    drive_trouble: state.driveTrouble.peek()?.words,
     ...stopFacts(control?.reason ?? "", state.session.peek()?.name),
     ...(attitude === undefined || now - attitude.receivedAt > STALE_AFTER ? {} : tiltFacts(attitude.roll, attitude.pitch)),
     asking: askingUs(control, state.session.peek()),
   };
+}
+
+/** Return for how long the robot has stood though it is asked to move [s]; undefined if it moves or that is old. */
+export function blockedFor(state: RobotState, now: number): number | undefined {
+  const since = state.blockedSince.peek();
+  const seenAt = state.motion.peek()?.receivedAt ?? -Infinity;
+  return since === undefined || now - seenAt > STALE_AFTER ? undefined : (now - since) / 1000;
+}
+
+/** Return where the bumpers were pressed last, and how long ago [s]. */
+export function bumpFacts(bumpers: Bumpers | undefined, now: number): Facts {
+  if (bumpers === undefined) {
+    return {};
+  }
+  const sides = [sideWords("in front", bumpers.front), sideWords("behind", bumpers.rear)].filter((words) => words !== "");
+  return sides.length === 0 ? {} : { bump: sides.join(" and "), bump_age: (now - bumpers.receivedAt) / 1000 };
+}
+
+function sideWords(name: string, ring: readonly boolean[]): string {
+  const pressed = ring.flatMap((isPressed, index) => (isPressed ? [index] : []));
+  if (pressed.length === 0) {
+    return "";
+  }
+  const aside = (ring.length - 1) / 2 - pressed.reduce((sum, index) => sum + index, 0) / pressed.length;
+  return Math.abs(aside) < 0.75 ? name : `${name}, ${aside > 0 ? "left" : "right"}`;
 }
 
 /** Return who pressed the e-stop, or another reason of the robot. */

@@ -2,7 +2,7 @@
 
 import type { RobotState } from "../robot/robot_state";
 import type {
-  CloudPoints, ControlState, GridMap, HintVerdict, LocalizationStatus, MapInfo, Pose,
+  Bumpers, CloudPoints, ControlState, DriveTrouble, GridMap, HintVerdict, LocalizationStatus, MapInfo, Pose,
 } from "../values";
 import type { CameraPictures } from "./camera_pictures";
 import type { Kind } from "./message_intake";
@@ -12,7 +12,9 @@ import {
   type Estimate, type Inertial, type Odometry, readEstimate, readInertial, readOdometry, readPoses, readTransforms,
   type Transform,
 } from "./message_checks/pose_messages";
-import { readControl, readDescription, readMapInfo, readStatus, readVerdict, readVideoSources } from "./message_checks/robot_messages";
+import {
+  readBumpers, readControl, readDescription, readDriveTrouble, readMapInfo, readStatus, readVerdict, readVideoSources,
+} from "./message_checks/robot_messages";
 import { readCompressedImage, readJoints, readLaserScan, readOccupancyGrid } from "./message_checks/sensor_messages";
 import type { RobotPicture } from "./robot_picture";
 
@@ -32,6 +34,8 @@ export interface MessageKinds {
   readonly verdict: Kind<HintVerdict>;
   readonly candidates: Kind<readonly Pose[]>;
   readonly control: Kind<ControlState>;
+  readonly bumpers: Kind<Omit<Bumpers, "receivedAt">>;
+  readonly driveTrouble: Kind<DriveTrouble | undefined>;
   readonly mapInfo: Kind<MapInfo>;
   readonly description: Kind<string>;
   readonly videoSources: Kind<ReadonlyMap<string, string>>;
@@ -142,9 +146,25 @@ export function messageKinds({ state, picture, pictures, mapInfo, control, compl
     control: {
       read: readControl,
       stampOf: ({ stamp }) => stamp,
-      use: (value) => {
+      use: (value, now) => {
         control();
         state.control.value = value;
+        state.controlAt.value = now;
+      },
+    },
+    bumpers: {
+      read: readBumpers,
+      use: (bumpers, now) => {
+        // The last press is kept: whoever looks a second later is to see it.
+        if ([...bumpers.front, ...bumpers.rear].includes(true)) {
+          state.bumpers.value = { ...bumpers, receivedAt: now };
+        }
+      },
+    },
+    driveTrouble: {
+      read: readDriveTrouble,
+      use: (trouble) => {
+        state.driveTrouble.value = trouble ?? state.driveTrouble.peek();
       },
     },
     mapInfo: { read: readMapInfo, use: mapInfo },

@@ -27,6 +27,8 @@ const RATES = {
   status: [0, 250],
   candidates: [200, 500],
   control: [0, 200],
+  bumpers: [100, 250],
+  diagnostics: [0, 0],
   inertial: [100, 250],
   truth: [100, 250],
   joints: [50, 200],
@@ -56,6 +58,8 @@ export function robotStreams(intake: MessageIntake, kinds: MessageKinds, setting
       { topic: "/localization/hint_verdict", type: "farsteer_msgs/HintVerdict", ...latched }, kinds.verdict,
     ),
     intake.stream({ topic: CONTROL_TOPIC, type: CONTROL_TYPE, ...live("control") }, kinds.control),
+    intake.stream({ topic: "/bumper_state", type: "farsteer_msgs/BumperState", ...live("bumpers") }, kinds.bumpers),
+    intake.stream({ topic: "/diagnostics", type: "diagnostic_msgs/DiagnosticArray", ...live("diagnostics") }, kinds.driveTrouble),
     intake.stream({ topic: "/tf", type: "tf2_msgs/TFMessage", ...live("tf") }, kinds.transforms),
     intake.stream(
       { topic: "/amcl_pose", type: "geometry_msgs/PoseWithCovarianceStamped", ...live("estimate") }, kinds.estimate,

@@ -2,7 +2,7 @@
 
 import { useSignal } from "@preact/signals";
 import { useEffect, useMemo, useRef } from "preact/hooks";
-import { DrivingPanel, EstopButton, GearSwitch, MappingPage, StickPad, TurnTaking } from "../panels/driving";
+import { DrivingPanel, EstopButton, GearSwitch, MappingPage, SpeedFigure, StickPad, TurnTaking } from "../panels/driving";
 import { AlarmBar, MuteButton } from "../panels/alarms/alarm_bar";
 import { AttitudePanel } from "../panels/attitude/attitude_panel";
 import { HealthLamp, LocalizationPanel } from "../panels/attitude/localization_panel";
@@ -34,7 +34,8 @@ interface LaidOut {
 export function App({ parts, canvas }: { readonly parts: PageParts; readonly canvas: HTMLCanvasElement }) {
   const drawer = useSignal(false);
   const layout = useMemo(() => pageLayout(), []).value;
-  const mayDrive = parts.state.session.value?.mayDrive !== false;
+  const { state } = parts;
+  const mayDrive = state.session.value?.mayDrive !== false;
   return (
     <div class="page" data-layout={layout} data-drawer={drawer.value ? "open" : "closed"}>
       <Bar parts={parts} layout={layout} drawer={drawer.value} onDrawer={() => { drawer.value = !drawer.value; }} />
@@ -50,6 +51,7 @@ export function App({ parts, canvas }: { readonly parts: PageParts; readonly can
         <div class="page-bottom">
           <div class="page-stick">{mayDrive && <StickPad driving={parts.driving} />}</div>
           <div class="page-middle">
+            {state.dialect.value !== "plain" && <Guarded name={texts.driving}><SpeedFigure state={state} gear={parts.driving.gear.value} /></Guarded>}
             {mayDrive && <GearSwitch driving={parts.driving} />}
             {layout === "wide" && <Legend parts={parts} />}
           </div>

@@ -21,6 +21,7 @@ import { StepControl } from "../steps/step_control";
 import { alarmTexts } from "../texts/alarms";
 import { bothMotions, loadArm, type LoadedArm } from "./arm_loader";
 import { viewHintsFromAbove } from "./hint_view";
+import { watchSurroundings } from "./surroundings";
 import { watchStaleness } from "./stale_picture";
 
 /** What the components show and use. */
@@ -97,6 +98,7 @@ export function startParts(address: string, version: string, canvas: HTMLCanvasE
     browserAlarmEnvironment(),
   );
   watchStaleness(state, scene.stale);
+  watchSurroundings(state, () => scene.body);
   link.start();
   return {
     address, version, state, commands, statistics: link.statistics, scene, settings, driving, hint, steps, arm, camera, photo, alarms,

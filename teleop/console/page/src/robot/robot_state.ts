@@ -2,8 +2,8 @@
 
 import { signal, type ReadonlySignal, type Signal } from "@preact/signals";
 import type {
-  Attitude, CameraImage, CloudPoints, ControlState, GridMap, HintVerdict, LocalizationStatus, MapInfo, MapPoints,
-  PlanarCovariance, Pose, Session, StampedPose,
+  Attitude, Bumpers, CameraImage, CloudPoints, ControlState, DriveTrouble, GridMap, HintVerdict, LocalizationStatus,
+  MapInfo, MapPoints, MeasuredMotion, NearestObstacle, PlanarCovariance, Pose, Session, StampedPose,
 } from "../values";
 
 export type ConnectionPhase = "connecting" | "open" | "lost" | "refused";
@@ -48,6 +48,15 @@ export interface RobotState {
   readonly candidates: Signal<readonly Pose[]>;
   readonly verdict: Signal<HintVerdict | undefined>;
   readonly control: Signal<ControlState | undefined>;
+  /** When `control` came [ms]. */
+  readonly controlAt: Signal<number | undefined>;
+  readonly bumpers: Signal<Bumpers | undefined>;
+  readonly driveTrouble: Signal<DriveTrouble | undefined>;
+  /** By the poses in the map: neither what was asked for nor what the wheels did. */
+  readonly motion: Signal<MeasuredMotion | undefined>;
+  /** Since when it is asked to move and stands all the same [ms]. */
+  readonly blockedSince: Signal<number | undefined>;
+  readonly nearest: Signal<NearestObstacle | undefined>;
   readonly attitude: Signal<Attitude | undefined>;
   readonly truth: Signal<StampedPose | undefined>;
   /** The robot's model as URDF. */
@@ -86,6 +95,12 @@ export function unknownState(): RobotState {
     candidates: signal<readonly Pose[]>([]),
     verdict: signal(undefined),
     control: signal(undefined),
+    controlAt: signal(undefined),
+    bumpers: signal(undefined),
+    driveTrouble: signal(undefined),
+    motion: signal(undefined),
+    blockedSince: signal(undefined),
+    nearest: signal(undefined),
     attitude: signal(undefined),
     truth: signal(undefined),
     description: signal(undefined),

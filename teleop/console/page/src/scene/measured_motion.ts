@@ -1,20 +1,12 @@
 /** How fast the robot moves, by where it is: neither what it was asked for nor what its wheels did. */
 
 import { headingOf, wrap } from "./geometry";
-import type { StampedPose } from "../values";
+import type { MeasuredMotion, StampedPose } from "../values";
 
 /** Time over which motion is measured [s]: as short as the pose's own noise of some mm allows for 1 cm/s. */
 const WINDOW = 0.4;
 /** A pose that would need this speed [m/s] was set anew, by a hint or a search. */
 const LEAP = 3;
-
-export interface MeasuredMotion {
-  /** Along the robot's heading, ahead positive [m/s]. */
-  readonly linear: number;
-  /** To the left positive [rad/s]. */
-  readonly angular: number;
-  readonly receivedAt: number;
-}
 
 /** Return a function that takes each pose and returns the motion, undefined while there are too few. */
 export function motionMeter(): (pose: StampedPose | undefined) => MeasuredMotion | undefined {

@@ -1,7 +1,7 @@
 /** What is nearest to the robot in the points that it sees now. */
 
 import { headingOf } from "./geometry";
-import type { CloudPoints, Pose } from "../values";
+import type { CloudPoints, NearestObstacle, Pose } from "../values";
 
 /** What is lower above the floor is driven over, or is the floor itself [m]. */
 const LOWEST = 0.1;
@@ -10,13 +10,6 @@ const LOWEST = 0.1;
 export interface Body {
   readonly min: { readonly x: number; readonly y: number };
   readonly max: { readonly x: number; readonly y: number; readonly z: number };
-}
-
-export interface NearestObstacle {
-  /** From the robot's outline [m]. */
-  readonly distance: number;
-  /** From its middle, ahead zero, left positive [rad]. */
-  readonly bearing: number;
 }
 
 /**
@@ -40,7 +33,7 @@ export function nearestObstacle(points: CloudPoints, place: Pose, body: Body): N
     );
     // What is inside the outline is the robot's own, such as its arm.
     if (distance > 0 && distance < (found?.distance ?? Infinity)) {
-      found = { distance, bearing: Math.atan2(left, ahead) };
+      found = { distance, bearing: Math.atan2(left, ahead), receivedAt: points.receivedAt };
     }
   }
   return found;

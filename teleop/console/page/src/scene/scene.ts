@@ -1,7 +1,7 @@
 /** The picture: map, robot and what it sees, in three views. Reads the robot's state; asks for nothing. */
 
 import { computed, effect, signal, untracked, type ReadonlySignal, type Signal } from "@preact/signals";
-import { Color, SRGBColorSpace, type Object3D } from "three";
+import { type Box3, Color, SRGBColorSpace, type Object3D } from "three";
 import type { RobotState } from "../robot/robot_state";
 import { sceneTexts } from "../texts/scene";
 import type { PlanarPose, Pose } from "../values";
@@ -127,6 +127,11 @@ export class Scene {
   /** Go back to the robot, and to the view's own angle and distance. */
   recentre(): void {
     this.#moved(() => { this.#rig.recentre(); });
+  }
+
+  /** The robot's body in its own frame [m]. */
+  get body(): Box3 {
+    return this.#world.robot.box;
   }
 
   /** Script time of the last frames [ms], oldest first. */

@@ -32,7 +32,7 @@ export const drivingTexts = {
 
   // What the page sends, and what the robot does
   pageSends: "You ask for",
-  robotDoes: "The robot does",
+  robotDoes: "The robot follows",
   nothing: "nothing",
   standstill: "stands still",
   unknown: "unknown",
@@ -46,6 +46,14 @@ export const drivingTexts = {
     const degrees = (Math.abs(angular) * 180) / Math.PI;
     return `${Math.abs(linear).toFixed(2)} m/s ${linear < 0 ? "back" : "ahead"}, ${degrees.toFixed(0)}°/s ${angular < 0 ? "right" : "left"}`;
   },
+  speedFigure: (speed: number | undefined) => (speed === undefined ? "–" : Math.abs(speed) < 0.005 ? "0.00" : speed.toFixed(2).replace("-", "−")),
+  gearLimit: (speed: number) => `up to ${speed.toFixed(2)}`,
+  near: (distance: number, bearing: number) => {
+    const eighths = ["behind", "behind right", "right", "ahead right", "ahead", "ahead left", "left", "behind left", "behind"];
+    return `${distance.toFixed(1)} m ${eighths[4 + Math.round((4 * bearing) / Math.PI)] ?? ""}`;
+  },
+  speedLabel: (speed: number | undefined, near: string) =>
+    `Measured speed: ${speed === undefined ? "unknown" : `${speed.toFixed(2)} m/s`}${near === "" ? "" : `; nearest: ${near}`}`,
   by: (source: string) => `by ${source}`,
 
   // Gears

@@ -110,7 +110,8 @@ function copyPoints(
     positions[3 * kept + 1] = py;
     positions[3 * kept + 2] = pz;
     const off = distance === undefined ? NaN : distance.read(view, at + distance.offset, little);
-    distances[kept] = off >= 0 && off < 1e7 ? off : NaN;
+    // Behind a mapped surface it is negative.
+    distances[kept] = Math.abs(off) < 1e7 ? off : NaN;
     kept += 1;
   }
   return kept === capacity

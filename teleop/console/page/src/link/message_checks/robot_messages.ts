@@ -1,6 +1,6 @@
 /** Messages of a Farsteer robot's own types. */
 
-import type { ControlState, Health, HintVerdict, LocalizationStatus, MapInfo } from "../../values";
+import type { Bumpers, ControlState, DriveTrouble, Health, HintVerdict, LocalizationStatus, MapInfo } from "../../values";
 import type { Field } from "./field";
 import { frame, headerStamp, pose, vector } from "./geometry";
 
@@ -11,6 +11,7 @@ const SENTENCE = 1000;
 /** A model of primitive shapes has a few kB; one with meshes inside is not for this page. */
 const LONGEST_SOURCES = 64 * 1024;
 const MOST_SOURCES = 50;
+const MOST_SEGMENTS = 100;
 const LONGEST_DESCRIPTION = 1_000_000;
 
 /** `farsteer_msgs/MapInfo`. */
@@ -75,6 +76,23 @@ export function readControl(message: Field): ControlState {
     asking: asking.missing ? 0 : asking.count(0xffffffff),
     askingName: askingName.missing ? "" : askingName.text(),
   };
+}
+
+/** `farsteer_msgs/BumperState`. */
+export function readBumpers(message: Field): Omit<Bumpers, "receivedAt"> {
+  const ring = (name: string): boolean[] => message.at(name).list(MOST_SEGMENTS).map((segment) => segment.boolean());
+  return { front: ring("front_bumpers"), rear: ring("rear_bumpers") };
+}
+
+/** `diagnostic_msgs/DiagnosticArray`: of its drive, without bumps, which come sooner by themselves; undefined: not said. */
+export function readDriveTrouble(message: Field): DriveTrouble | undefined {
+  for (const part of message.at("status").list(MOST_SOURCES)) {
+    if (part.at("name").text() === "drive") {
+      const troubles = part.at("message").text(SENTENCE).split("; ").filter((words) => words !== "ok" && !words.startsWith("bumped"));
+      return { level: troubles.length === 0 ? 0 : part.at("level").count(3), words: troubles.join("; ") };
+    }
+  }
+  return undefined;
 }
 
 /** `std_msgs/String` with the robot's model as URDF. */

@@ -5,10 +5,15 @@ import { inOurWords } from "../../driving/robot_reasons";
 import type { RobotState } from "../../robot/robot_state";
 import { drivingTexts as texts } from "../../texts/driving";
 import type { DrivingProps } from "./driving_props";
+import { panelTexts } from "../../texts/panels";
+import { staleness } from "../staleness";
+import { useNow } from "../use_now";
 import { PlainWarning } from "./plain_warning";
 
 export function DrivingPanel({ driving, state }: DrivingProps) {
   const { words, remedy, tone } = driving.status.value;
+  const { age, stale } = staleness(state.controlAt.value, useNow());
+  const old = stale && Number.isFinite(age);
   return (
     <section class="driving-panel" aria-label={texts.title}>
       <div class={`driving-status driving-${tone}`} role="status">
@@ -19,7 +24,7 @@ export function DrivingPanel({ driving, state }: DrivingProps) {
         <dt>{texts.pageSends}</dt>
         <dd>{sentWords(driving)}</dd>
         <dt>{texts.robotDoes}</dt>
-        <dd>{robotWords(state)}</dd>
+        <dd class={old ? "panel-stale" : ""}>{robotWords(state)}{old && ` (${panelTexts.old(age)})`}</dd>
       </dl>
     </section>
   );
