@@ -7,7 +7,7 @@ import { upright } from "./geometry";
 import { arrow, boxEdges, circle } from "./outline";
 import type { Rgb, SceneColours } from "./palette";
 import { place } from "./robot_layer";
-import { joined, WideLine } from "./wide_line";
+import { WideLine } from "./wide_line";
 import type { Viewport } from "./viewport";
 
 /** How well the sweep fits at the proposed pose, as far as that is known. */
@@ -29,7 +29,7 @@ export class Ghost {
     this.#robot.add(this.#outline.object, this.#heading.object, this.#cross.object);
     this.object.add(this.#robot, this.#sweep.object);
     this.#heading.set(arrow(0, 1.1, 0.1, 0.22));
-    this.#cross.set(joined([[-0.34, -0.34, 0.1, 0.34, 0.34, 0.1], [-0.34, 0.34, 0.1, 0.34, -0.34, 0.1]]));
+    this.#cross.set([[-0.34, -0.34, 0.1, 0.34, 0.34, 0.1], [-0.34, 0.34, 0.1, 0.34, -0.34, 0.1]]);
     this.object.visible = false;
   }
 
@@ -43,7 +43,7 @@ export class Ghost {
     const proposed = upright(pose, z);
     place(this.#robot, proposed);
     const radius = Math.hypot(box.max.x - box.min.x, box.max.y - box.min.y) / 2 + 0.06;
-    this.#outline.set(joined([boxEdges(box), circle(radius, 0.03)]));
+    this.#outline.set([...boxEdges(box), circle(radius, 0.03)]);
     this.#sweep.object.matrix.copy(matrixOf(proposed));
     if (sweepFrom !== undefined) {
       this.#sweep.object.matrix.multiply(matrixOf(sweepFrom).invert());
@@ -68,7 +68,6 @@ export class Ghost {
   setViewport(viewport: Viewport, look: CloudLook): void {
     const scale = Math.max(1, (24 * viewport.metresPerPixel) / 0.6);
     for (const line of [this.#outline, this.#heading, this.#cross]) {
-      line.setViewport(viewport.width, viewport.height, viewport.ratio);
       line.object.scale.setScalar(scale);
     }
     this.#sweep.setLook({ ...look, cut: undefined });

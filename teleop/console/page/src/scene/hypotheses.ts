@@ -57,7 +57,6 @@ export class Hypotheses {
     for (const { group, label, lines } of this.#marks) {
       label.setViewport(viewport.height / viewport.ratio, viewport.tangent);
       for (const line of lines) {
-        line.setViewport(viewport.width, viewport.height, viewport.ratio);
         line.object.scale.setScalar(scale);
       }
       group.visible = true;

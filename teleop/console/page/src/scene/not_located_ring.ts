@@ -19,7 +19,7 @@ export class NotLocatedRing {
   #label: Label | undefined;
 
   constructor() {
-    this.#edge.set(circle(WAITING_RADIUS, 0, 72));
+    this.#edge.set([circle(WAITING_RADIUS, 0, 72)]);
     this.object.add(this.#edge.object);
     this.object.visible = false;
   }
@@ -41,7 +41,6 @@ export class NotLocatedRing {
   }
 
   setViewport(viewport: Viewport): void {
-    this.#edge.setViewport(viewport.width, viewport.height, viewport.ratio);
     this.#label?.setViewport(viewport.height / viewport.ratio, viewport.tangent);
   }
 

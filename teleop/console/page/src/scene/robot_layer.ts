@@ -7,7 +7,7 @@ import { FlatArrow } from "./flat_arrow";
 import { boxEdges, circle, arrow } from "./outline";
 import type { Rgb, SceneColours } from "./palette";
 import { disposeModel, moveJoints, robotModel, type RobotModel } from "./robot_model";
-import { joined, WideLine } from "./wide_line";
+import { type Line, WideLine } from "./wide_line";
 import type { Viewport } from "./viewport";
 
 /** Points of the path that are kept; with one each 5 cm that is 400 m. */
@@ -50,10 +50,6 @@ export class RobotLayer {
   /** The body as it is drawn. */
   get model(): Object3D {
     return this.#model.object;
-  }
-
-  get #lines(): readonly WideLine[] {
-    return [this.#path, this.#ellipse, this.#ring, this.#truth];
   }
 
   setModel(urdf: string | undefined): void {
@@ -114,7 +110,7 @@ export class RobotLayer {
     for (let at = 0; at < outline.length; at += 2) {
       points.push(outline[at] ?? 0, outline[at + 1] ?? 0, 0.03);
     }
-    this.#ellipse.set(joined([points, wedge(covariance?.[8] ?? NaN, headingOf(pose.orientation))]));
+    this.#ellipse.set([points, wedge(covariance?.[8] ?? NaN, headingOf(pose.orientation))]);
     const { x, y, z } = pose.position;
     this.#ellipse.object.position.set(x, y, z);
   }
@@ -123,7 +119,7 @@ export class RobotLayer {
     this.#hasTruth = pose !== undefined;
     this.#truth.visible = this.#showsTruth && this.#hasTruth;
     if (pose !== undefined) {
-      this.#truth.set(joined([boxEdges(this.#model.box), arrow(0, 0.75, this.#model.box.max.z)]));
+      this.#truth.set([...boxEdges(this.#model.box), ...arrow(0, 0.75, this.#model.box.max.z)]);
       place(this.#truth.object, pose);
     }
   }
@@ -152,9 +148,6 @@ export class RobotLayer {
   }
 
   setViewport(viewport: Viewport): void {
-    for (const line of this.#lines) {
-      line.setViewport(viewport.width, viewport.height, viewport.ratio);
-    }
     const length = MARK * viewport.metresPerPixel;
     this.#mark.object.visible = length > 0.9 && this.#model.object.visible;
     this.#mark.object.scale.setScalar(Math.max(length, 0.01));
@@ -163,7 +156,7 @@ export class RobotLayer {
   dispose(): void {
     disposeModel(this.#model);
     this.#mark.dispose();
-    for (const line of this.#lines) {
+    for (const line of [this.#path, this.#ellipse, this.#ring, this.#truth]) {
       line.dispose();
     }
   }
@@ -176,14 +169,14 @@ export function place(object: { position: { set: (x: number, y: number, z: numbe
 }
 
 /** A ring about the body with a point where the front is. */
-function ring({ min, max }: Box3): number[] {
+function ring({ min, max }: Box3): Line[] {
   const radius = Math.max(Math.hypot(max.x - min.x, max.y - min.y) / 2, 0.2) + 0.06;
   const tip = radius + 0.22;
-  return joined([circle(radius, 0.03), [radius, 0.15, 0.03, tip, 0, 0.03, radius, -0.15, 0.03]]);
+  return [circle(radius, 0.03), [radius, 0.15, 0.03, tip, 0, 0.03, radius, -0.15, 0.03]];
 }
 
 /** Two lines between which the heading is with 95 % probability. */
-function wedge(variance: number, heading: number): number[] {
+function wedge(variance: number, heading: number): Line {
   if (!(variance >= 0)) {
     return [];
   }

@@ -1,4 +1,4 @@
-/** The shaders of points and wide lines. Colours are those of the screen (sRGB), so nothing is converted. */
+/** The shaders of points. Colours are those of the screen (sRGB), so nothing is converted. */
 
 /** Puts a vertex outside of the picture. */
 const NOWHERE = "gl_Position = vec4(2.0, 2.0, 2.0, 1.0); gl_PointSize = 0.0; return;";
@@ -88,31 +88,3 @@ void main() {
   if (radius > 1.0) discard;
   gl_FragColor = vec4(radius > vHalo ? uHalo : vColour, 1.0);
 }`;
-
-export const LINE_VERTEX = `
-uniform vec2 uViewport; // [px]
-uniform float uWidth; // [px]
-attribute vec3 aStart;
-attribute vec3 aEnd;
-void main() {
-  if (aStart.z < -1.0e8 || aEnd.z < -1.0e8) { gl_Position = vec4(2.0, 2.0, 2.0, 1.0); return; }
-  vec4 a = modelViewMatrix * vec4(aStart, 1.0);
-  vec4 b = modelViewMatrix * vec4(aEnd, 1.0);
-  float near = -0.06;
-  if (a.z > near && b.z > near) { gl_Position = vec4(2.0, 2.0, 2.0, 1.0); return; }
-  if (a.z > near) a = mix(a, b, (a.z - near) / (a.z - b.z));
-  if (b.z > near) b = mix(b, a, (b.z - near) / (b.z - a.z));
-  vec4 from = projectionMatrix * a;
-  vec4 to = projectionMatrix * b;
-  vec2 way = (to.xy / to.w - from.xy / from.w) * uViewport;
-  way = length(way) > 0.001 ? normalize(way) : vec2(1.0, 0.0);
-  vec4 here = position.x < 0.5 ? from : to;
-  vec2 offset = vec2(-way.y, way.x) * position.y + way * (2.0 * position.x - 1.0);
-  here.xy += offset * uWidth / uViewport * here.w;
-  gl_Position = here;
-}`;
-
-export const LINE_FRAGMENT = `
-uniform vec3 uColour;
-uniform float uOpacity;
-void main() { gl_FragColor = vec4(uColour, uOpacity); }`;

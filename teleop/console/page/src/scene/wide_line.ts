@@ -1,68 +1,46 @@
 /** Lines of a width in pixels, whatever their distance: path, outlines, ellipses. One draw call each. */
 
-import {
-  BufferAttribute, InstancedBufferGeometry, InstancedInterleavedBuffer, InterleavedBufferAttribute, Mesh,
-  ShaderMaterial, Vector2, Vector3, DynamicDrawUsage,
-} from "three";
+import { DynamicDrawUsage, InstancedInterleavedBuffer, InterleavedBufferAttribute, SRGBColorSpace } from "three";
+import { LineMaterial } from "three/addons/lines/LineMaterial.js";
+import { LineSegments2 } from "three/addons/lines/LineSegments2.js";
+import { LineSegmentsGeometry } from "three/addons/lines/LineSegmentsGeometry.js";
 import { markChanged } from "./changed";
 import type { Rgb } from "./palette";
-import { LINE_FRAGMENT, LINE_VERTEX } from "./shaders";
 
-/** A height [m] that says: no line from or to this point. */
-const GAP = -1e9;
-
-const QUAD = new Float32Array([0, -1, 0, 1, -1, 0, 1, 1, 0, 0, 1, 0]);
+/** The points of a line: x, y, z in turn [m]. */
+export type Line = readonly number[];
 
 /** How a wide line looks. */
 export interface LineLook {
-  /** Width [px of the screen at a pixel ratio of 1]. */
+  /** Width [px of the page]. */
   readonly width: number;
-  readonly opacity?: number;
   /** Seen through everything else. */
   readonly overlaid?: boolean;
 }
 
-/** A line through points, which may be appended to until the capacity is reached. */
+/** Lines of which the last may be appended to. */
 export class WideLine {
-  readonly object: Mesh<InstancedBufferGeometry, ShaderMaterial>;
+  readonly object: LineSegments2;
   readonly #buffer: InstancedInterleavedBuffer;
-  readonly #points: Float32Array;
-  readonly #width: number;
+  /** Both ends of each segment: six numbers. */
+  readonly #ends: Float32Array;
   #count = 0;
+  #last: readonly [number, number, number] | undefined;
 
-  constructor(capacity: number, look: LineLook) {
-    this.#points = new Float32Array(3 * capacity);
-    this.#width = look.width;
-    this.#buffer = new InstancedInterleavedBuffer(this.#points, 3);
+  /** @param capacity Most segments; when more are appended, the oldest go. */
+  constructor(capacity: number, { width, overlaid = false }: LineLook) {
+    this.#ends = new Float32Array(6 * capacity);
+    // One buffer for good: three's own way makes a new one for each change, and would not free the last.
+    this.#buffer = new InstancedInterleavedBuffer(this.#ends, 6);
     this.#buffer.setUsage(DynamicDrawUsage);
-    const geometry = new InstancedBufferGeometry();
-    geometry.setAttribute("position", new BufferAttribute(QUAD, 3));
-    geometry.setIndex([0, 1, 2, 0, 2, 3]);
-    // Start and end of a segment are the same buffer, read one point apart.
-    geometry.setAttribute("aStart", new InterleavedBufferAttribute(this.#buffer, 3, 0));
-    geometry.setAttribute("aEnd", new InterleavedBufferAttribute(this.#buffer, 3, 3));
+    const geometry = new LineSegmentsGeometry();
+    geometry.setAttribute("instanceStart", new InterleavedBufferAttribute(this.#buffer, 3, 0));
+    geometry.setAttribute("instanceEnd", new InterleavedBufferAttribute(this.#buffer, 3, 3));
     geometry.instanceCount = 0;
-    const opacity = look.opacity ?? 1;
-    const material = new ShaderMaterial({
-      vertexShader: LINE_VERTEX,
-      fragmentShader: LINE_FRAGMENT,
-      uniforms: {
-        uViewport: { value: new Vector2(1, 1) },
-        uWidth: { value: look.width },
-        uColour: { value: new Vector3() },
-        uOpacity: { value: opacity },
-      },
-      transparent: opacity < 1 || look.overlaid === true,
-      depthTest: look.overlaid !== true,
-      depthWrite: false,
-    });
-    this.object = new Mesh(geometry, material);
+    const material = new LineMaterial({ linewidth: width, transparent: overlaid, depthTest: !overlaid, depthWrite: false });
+    this.object = new LineSegments2(geometry, material);
     this.object.frustumCulled = false;
-    this.object.renderOrder = look.overlaid === true ? 6 : 2;
-  }
-
-  get count(): number {
-    return this.#count;
+    this.object.renderOrder = overlaid ? 6 : 2;
   }
 
   set visible(shown: boolean) {
@@ -70,52 +48,34 @@ export class WideLine {
   }
 
   setColour(colour: Rgb): void {
-    (this.object.material.uniforms["uColour"]?.value as Vector3).set(...colour);
+    this.object.material.color.setRGB(...colour, SRGBColorSpace);
   }
 
-  /** Tell the line how large the picture is [px], and how many pixels of it make one of the screen. */
-  setViewport(width: number, height: number, ratio: number): void {
-    const { uniforms } = this.object.material;
-    (uniforms["uViewport"]?.value as Vector2).set(width, height);
-    if (uniforms["uWidth"] !== undefined) {
-      uniforms["uWidth"].value = this.#width * ratio;
+  /** Replace the lines. */
+  set(lines: readonly Line[]): void {
+    this.clear();
+    for (const line of lines) {
+      this.gap();
+      for (let at = 0; at < line.length; at += 3) {
+        this.#write(line[at] ?? 0, line[at + 1] ?? 0, line[at + 2] ?? 0);
+      }
     }
+    this.#changed(0);
   }
 
-  /** Replace the points: x, y, z in turn; more than the capacity are left out. */
-  set(points: ArrayLike<number>): void {
-    const length = Math.min(points.length, this.#points.length);
-    for (let at = 0; at < length; at += 1) {
-      this.#points[at] = points[at] ?? 0;
-    }
-    this.#count = Math.floor(length / 3);
-    this.#changed(0, this.#count);
-  }
-
-  /** Append a point; when the line is full, its oldest quarter goes. */
+  /** Append a point; when there is no more room, the oldest quarter goes. */
   append(x: number, y: number, z: number): void {
-    const capacity = this.#points.length / 3;
-    if (this.#count === capacity) {
-      const dropped = Math.max(Math.floor(capacity / 4), 1);
-      this.#points.copyWithin(0, 3 * dropped);
-      this.#count -= dropped;
-      this.#changed(0, this.#count);
-    }
-    this.#points.set([x, y, z], 3 * this.#count);
-    this.#count += 1;
-    this.#changed(this.#count - 1, this.#count);
+    this.#changed(this.#write(x, y, z));
   }
 
   /** Interrupt the line: no segment joins the last point and the next one. */
   gap(): void {
-    if (this.#count > 0) {
-      this.append(0, 0, GAP);
-    }
+    this.#last = undefined;
   }
 
   clear(): void {
-    this.#count = 0;
-    this.object.geometry.instanceCount = 0;
+    this.#count = this.object.geometry.instanceCount = 0;
+    this.#last = undefined;
   }
 
   dispose(): void {
@@ -123,13 +83,28 @@ export class WideLine {
     this.object.material.dispose();
   }
 
-  #changed(from: number, to: number): void {
-    this.object.geometry.instanceCount = Math.max(this.#count - 1, 0);
-    markChanged(this.#buffer, 3 * from, 3 * (to - from));
+  /** Write a point; returns from which segment on something is new. */
+  #write(x: number, y: number, z: number): number {
+    let from = this.#count;
+    const capacity = this.#ends.length / 6;
+    if (this.#count === capacity) {
+      const dropped = Math.max(Math.floor(capacity / 4), 1);
+      this.#ends.copyWithin(0, 6 * dropped);
+      this.#count -= dropped;
+      from = 0;
+    }
+    if (this.#last !== undefined) {
+      this.#ends.set([...this.#last, x, y, z], 6 * this.#count);
+      this.#count += 1;
+    }
+    this.#last = [x, y, z];
+    return from;
   }
-}
 
-/** Return the points of several lines, one after the other, with gaps between them. */
-export function joined(lines: readonly (readonly number[])[]): number[] {
-  return lines.flatMap((line, index) => (index === 0 ? [...line] : [0, 0, GAP, ...line]));
+  #changed(from: number): void {
+    this.object.geometry.instanceCount = this.#count;
+    if (this.#count > from) {
+      markChanged(this.#buffer, 6 * from, 6 * (this.#count - from));
+    }
+  }
 }
