@@ -9,7 +9,7 @@ describe("the speed in the picture", () => {
   let state: RobotState;
   let root: HTMLElement;
   const show = (gear: "precision" | "normal" | "turbo" = "normal"): string => {
-    act(() => { render(<SpeedFigure state={state} gear={gear} />, root); });
+    void act(() => { render(<SpeedFigure state={state} gear={gear} />, root); });
     return root.textContent;
   };
 
