@@ -81,11 +81,16 @@ def panel_lines(
 
 
 def _help(width: int) -> list[str]:
-    """Return what the keys do, in two columns where they fit."""
-    entries = [f"{key['keys']:<17}{key['does']}" for key in station_keys()]
-    wide = max(len(entry) for entry in entries) + 2
-    half = len(entries) if width < 2 * wide else -(-len(entries) // 2)
-    return ["".join(entry.ljust(wide) for entry in entries[i::half]).rstrip() for i in range(half)]
+    """Return what the keys do, as many on a line as fit: what happens needs the lines below."""
+    lines = [""]
+    for key in station_keys():
+        entry = f"{key['keys']}: {key['does']}"
+        joined = f"{lines[-1]}   {entry}" if lines[-1] else entry
+        if len(joined) <= width:
+            lines[-1] = joined
+        else:
+            lines.append(entry)
+    return lines
 
 
 def _pad_words(pads: tuple[str, ...]) -> str:

@@ -131,7 +131,7 @@ ESTIMATE_OUTPUTS: tuple[Topic[EstimateRecord], ...] = (
         "sensor_msgs/msg/PointCloud2",
         0,
         estimate.local_cloud,
-        "the last sweep in `map`: x y z, intensity (always 0), distance to the map [m], NaN for points far from any mapped surface",
+        "the last sweep in `map`: x y z, intensity (always 0), distance to the map [m], negative behind a mapped surface, NaN far from any",
     ),
     Topic(
         "/local_cloud/lean",

@@ -56,7 +56,7 @@ export interface AxisUse {
   readonly sign: 1 | -1;
 }
 
-export type LinkWord = "unknown" | "good" | "slow" | "bad" | "lost";
+export type LinkWord = "unknown" | "good" | "slow" | "page" | "bad" | "lost";
 export type Colour = "unknown" | "green" | "amber" | "red";
 
 interface Named {

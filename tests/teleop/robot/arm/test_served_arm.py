@@ -72,6 +72,7 @@ async def test_arm_moves_and_is_held_in_real_time_and_is_in_the_log(
     assert any(isinstance(reading, WheelSpeeds) for reading in readings), "as without an arm"
 
 
+@pytest.mark.slow
 @in_a_loop
 async def test_robot_without_an_arm_has_none_of_its_interfaces(robots: Robots) -> None:
     async with robots() as rig, peer(rig.server.url) as client:

@@ -65,6 +65,7 @@ def test_points_beyond_the_range_of_their_numbers_are_left_out() -> None:
     assert np.isnan(away[1])
 
 
+@pytest.mark.slow
 @in_a_loop
 async def test_lean_cloud_is_on_the_cloud_of_the_same_time_twice_a_second(robots: Robots) -> None:
     async with robots() as rig, peer(rig.server.url) as client:

@@ -47,6 +47,7 @@ def life(i: int) -> list[dict[str, Any]]:
     ]
 
 
+@pytest.mark.slow
 def test_memory_stays_constant_over_many_connections() -> None:
     protocol = Protocol(REGISTRY, limits=ClientLimits())
     serve_standard(protocol)

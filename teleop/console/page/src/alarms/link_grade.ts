@@ -22,6 +22,9 @@ export const LINK_THRESHOLDS = {
 /** Silence after which the link counts as lost [ms]. */
 export const LOST_AFTER = 1000 * LINK.lost_after;
 
+/** Lateness of the page from which on its own slowness is the cause of what looks like a bad link [ms]. */
+const PAGE_LATE = 1000 * LINK.page_late;
+
 /** Return the colour of a value [ms]. */
 export function colourOf(value: number | undefined, { green, amber }: LinkThreshold): Colour {
   if (value === undefined || Number.isNaN(value)) {
@@ -48,7 +51,8 @@ export function linkWord(connected: boolean, link: LinkStatistics): LinkWord {
     colourOf(link.silence, silence),
   ];
   if (colours.includes("red")) {
-    return "bad";
+    // Answers that wait for this page to look at them say nothing of the way.
+    return link.pageLag > PAGE_LATE ? "page" : "bad";
   }
   if (colours.includes("amber")) {
     return "slow";

@@ -27,6 +27,7 @@ export class LinkRecorder {
   readonly #streams = new Map<string, StreamRecord>();
   #dropped: ReadonlyMap<string, number> = new Map();
   #since: number;
+  #ticks: { readonly at: number; readonly late: number }[] = [];
 
   constructor(now: number) {
     this.#since = now;
@@ -52,6 +53,13 @@ export class LinkRecorder {
     this.#pending = this.#pending.filter((at) => at !== askedAt);
     this.#roundTrips.push({ at: now, took: now - askedAt });
     this.#roundTrips = this.#roundTrips.filter(({ at }) => now - at <= ROUND_TRIP_WINDOW);
+  }
+
+  /** What is due every `period` ms was done: as late as that, the page comes to all that arrives. */
+  ticked(period: number, now: number): void {
+    const last = this.#ticks.at(-1);
+    this.#ticks = this.#ticks.filter(({ at }) => now - at <= RATE_WINDOW);
+    this.#ticks.push({ at: now, late: last === undefined ? 0 : Math.max(0, now - last.at - period) });
   }
 
   frame(bytes: number, now: number): void {
@@ -85,6 +93,7 @@ export class LinkRecorder {
       roundTrip: last === undefined ? (overdue > 0 ? overdue : undefined) : Math.max(last, overdue),
       roundTripP95: percentile(trips, 0.95),
       jitter: meanDifference(trips),
+      pageLag: percentile(this.#ticks.map(({ late }) => late), 0.95) ?? 0,
       bytesPerSecond: this.#bytes.rate(now, this.#since),
       silence,
       streams: topics.map((topic) => {

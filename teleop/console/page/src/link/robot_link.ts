@@ -283,6 +283,7 @@ export class RobotLink {
 
   #tick(): void {
     const now = this.#parts.now();
+    this.#recorder.ticked(TICK, now);
     const pose = this.#state.mapFromBase.peek();
     const wantsScan = pose === undefined || now - pose.receivedAt > POSE_MISSING;
     if (wantsScan !== this.#wantsScan) {

@@ -161,6 +161,8 @@ export interface LinkStatistics {
   readonly roundTripP95: number | undefined;
   /** Mean difference of successive round trips [ms]. */
   readonly jitter: number | undefined;
+  /** How late the page itself comes to what is due, 95th percentile of the last five seconds [ms]. */
+  readonly pageLag: number;
   readonly bytesPerSecond: number;
   /** Since anything at all arrived [ms]. */
   readonly silence: number;

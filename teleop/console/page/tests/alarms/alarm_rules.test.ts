@@ -86,13 +86,15 @@ describe("who asks for the robot", () => {
 
 describe("the link", () => {
   const link: LinkStatistics = {
-    roundTrip: 20, roundTripP95: 40, jitter: 5, bytesPerSecond: 1e5, silence: 30, streams: [],
+    roundTrip: 20, roundTripP95: 40, jitter: 5, pageLag: 0, bytesPerSecond: 1e5, silence: 30, streams: [],
   };
 
   it("is one word by its worst figure", () => {
     expect(linkWord(true, link)).toBe("good");
     expect(linkWord(true, { ...link, roundTripP95: 250 })).toBe("slow");
     expect(linkWord(true, { ...link, roundTripP95: 900 })).toBe("slow");
+    expect(linkWord(true, { ...link, jitter: 300 })).toBe("bad");
+    expect(linkWord(true, { ...link, jitter: 300, pageLag: 80 })).toBe("page");
     expect(linkWord(true, { ...link, jitter: 60 })).toBe("slow");
     expect(linkWord(true, { ...link, roundTrip: 501 })).toBe("bad");
     expect(linkWord(true, { ...link, silence: 600 })).toBe("bad");

@@ -2,10 +2,26 @@ import fc from "fast-check";
 import { describe, expect, it } from "vitest";
 import { LinkRecorder, percentile } from "../../src/link/link_statistics";
 
+it("says how late the page itself is, of the last seconds only", () => {
+  const recorder = new LinkRecorder(0);
+  for (let at = 0; at <= 2000; at += 100) {
+    recorder.ticked(100, at);
+  }
+  expect(recorder.snapshot([], 0, 2000).pageLag).toBe(0);
+  for (let at = 2250; at <= 5000; at += 250) {
+    recorder.ticked(100, at);
+  }
+  expect(recorder.snapshot([], 0, 5000).pageLag).toBe(150);
+  for (let at = 5100; at <= 12_000; at += 100) {
+    recorder.ticked(100, at);
+  }
+  expect(recorder.snapshot([], 0, 12_000).pageLag).toBe(0);
+});
+
 describe("link statistics", () => {
   it("know nothing at first", () => {
     expect(new LinkRecorder(0).snapshot(["/tf"], 0, 1000)).toEqual({
-      roundTrip: undefined, roundTripP95: undefined, jitter: undefined, bytesPerSecond: 0, silence: 0,
+      roundTrip: undefined, roundTripP95: undefined, jitter: undefined, pageLag: 0, bytesPerSecond: 0, silence: 0,
       streams: [{ topic: "/tf", age: undefined, rate: 0, dropped: 0 }],
     });
   });

@@ -5,7 +5,7 @@ import { unknownState, type LinkStatistics } from "../../../src/robot/robot_stat
 import { mount, type Mounted } from "../mounted";
 
 const LINK: LinkStatistics = {
-  roundTrip: 23.4, roundTripP95: 260, jitter: 4, bytesPerSecond: 250_000, silence: 40,
+  roundTrip: 23.4, roundTripP95: 260, jitter: 4, pageLag: 0, bytesPerSecond: 250_000, silence: 40,
   streams: [
     { topic: "/tf", age: 2000, rate: 10, dropped: 3 },
     { topic: "/map_info", age: 900_000, rate: 0, dropped: 0 },
