@@ -11,11 +11,13 @@ from dataclasses import dataclass, replace
 from typing import Any, Final
 
 from localization.errors import LocalizationError
+from localization.maps.map_cache import default_cache
+from localization.surfaces.files import surfaces_of
 from robot_sim import SimulationError
 from teleop.clock import LARGEST_LAG, PERIOD, unix_seconds
 from teleop.errors import TeleopError
 from teleop.robot.lockstep_service import LockstepService
-from teleop.robot.serving.server_setup import offer_map
+from teleop.robot.serving.server_setup import offer_map, offer_surfaces
 from teleop.robot.tick_record import TickRecord
 from teleop.rosbridge.auth.authenticator import Authenticator
 from teleop.scenario.files.reading import scenario_from
@@ -147,6 +149,7 @@ async def serve(read: Callable[[], str], write: Callable[[Answer], None]) -> Non
         lambda connection: access.is_referee(connection.access),
     )
     offer_map(server, scene.map_file)
+    offer_surfaces(server, surfaces_of(scene.cloud, cache=default_cache()))
     host = _Host(session, None if is_real else LockstepService(session.stepped))
     if not is_real:  # in the place of those that refuse everybody
         SimulationServices(access, LockstepWorld(session.stepped))

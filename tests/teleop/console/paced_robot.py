@@ -18,6 +18,7 @@ from websockets.asyncio.client import connect
 
 from localization.maps.cloud import Cloud
 from localization.maps.prepared_map import prepare
+from localization.surfaces.files import surfaces_of
 from localization.types import SECOND, Hint, Pose
 from robot_sim import Simulation, World
 from teleop.robot.assembly import RobotParts, build_stepped_robot
@@ -156,7 +157,7 @@ async def paced_robot(
     prepared = prepare(cloud, cache=cache)
     stepped = build_stepped_robot(RobotParts(world), cloud, prepared, config)
     service, simulation = LockstepService(stepped), stepped.robot.simulation
-    stepped.gateway.offer_files(scene_cloud_path(world.name))
+    stepped.gateway.offer_files(scene_cloud_path(world.name), surfaces_of(cloud, cache=cache))
     async with stepped.gateway.server as server:
         assert stepped.gateway.page, "the page is not built: make env builds it"
         proxy = Proxy(server.port)

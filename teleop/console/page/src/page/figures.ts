@@ -29,7 +29,7 @@ declare global {
 /** Set the mark when it is time, and offer the function. */
 export function publishFigures({ state, scene, statistics }: PageParts): void {
   const stop = effect(() => {
-    const map = state.surfaces.value !== undefined || state.mapPoints.value !== undefined || state.gridMap.value !== undefined;
+    const map = scene.built.value || state.mapPoints.value !== undefined || state.gridMap.value !== undefined;
     if (map && state.mapFromBase.value !== undefined) {
       // Two frames on, the picture that shows both has been drawn.
       requestAnimationFrame(() => { requestAnimationFrame(() => { mark(); }); });

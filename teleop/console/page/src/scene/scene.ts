@@ -45,6 +45,8 @@ export class Scene {
   readonly following: ReadonlySignal<boolean>;
   /** One sentence on what is wrong with the picture, with the way out; empty while all is well. */
   readonly trouble: ReadonlySignal<string>;
+  /** Whether the building's surfaces are in the picture. */
+  readonly built: Signal<boolean> = signal(false);
   /** For parts that are loaded later and draw into the picture. */
   readonly workshop: Workshop;
   readonly #following = signal(true);
@@ -209,6 +211,7 @@ export class Scene {
     const building = file && await import("./read_building").then(({ readBuilding }) => readBuilding(file)).catch(() => undefined);
     if (this.#state.surfaces.peek() === file) {
       this.#world.building.set(building);
+      this.built.value = building !== undefined;
       this.#planned();
       this.#show();
       this.#stage.invalidate();
