@@ -9,10 +9,9 @@ const NO_CUT = 1e6;
 
 /**
  * Lowers what is higher than the cut to it, so that cut walls still have tops, and leaves out faces that begin above:
- * a lintel would close its doorway. `_bottom` is where a vertex's face begins above the floor [m].
+ * a lintel would close its doorway. All corners of such a face are put into one place. `_bottom` is where a vertex's face begins above the floor [m].
  */
-const CUT = `vec3 transformed = vec3(position);
-transformed.z = _bottom >= uCut - uFloor ? 0.0 / 0.0 : min(transformed.z, uCut);`;
+const CUT = "vec3 transformed = _bottom >= uCut - uFloor ? vec3(0.0) : vec3(position.xy, min(position.z, uCut));";
 
 export class BuildingLayer {
   readonly object = new Group();
