@@ -1,10 +1,9 @@
 /** Says when the picture is older than it should be. */
 
 import type { Signal } from "@preact/signals";
+import { STALE_AFTER } from "../operating_data";
 import type { RobotState } from "../robot/robot_state";
 
-/** Poses come ten times a second or more; without one for so long the picture is old [ms]. */
-const OLD = 400;
 /** How often that is looked at [ms]: stale data must look stale within half a second. */
 const PERIOD = 100;
 
@@ -21,5 +20,5 @@ export function isStale(state: RobotState, now: number): boolean {
   const latest = [state.mapFromBase, state.odomFromBase, state.scan, state.cloud, state.attitude]
     .map((part) => part.peek()?.receivedAt)
     .filter((at) => at !== undefined);
-  return latest.length > 0 && now - Math.max(...latest) > OLD;
+  return latest.length > 0 && now - Math.max(...latest) > STALE_AFTER;
 }
