@@ -22,7 +22,7 @@ import { alarmTexts } from "../texts/alarms";
 import { bothMotions, loadArm, type LoadedArm } from "./arm_loader";
 import { viewHintsFromAbove } from "./hint_view";
 import { watchSurroundings } from "./surroundings";
-import { watchStaleness } from "./stale_picture";
+import { watchAges, type LayerAges } from "./layer_ages";
 
 /** What the components show and use. */
 export interface PageParts {
@@ -42,6 +42,8 @@ export interface PageParts {
   readonly photo: PhotoControl;
   readonly alarms: Alarms;
   readonly events: EventLog;
+  /** How old each layer of the picture is. */
+  readonly ages: ReadonlySignal<LayerAges>;
   readonly lean: ReadonlySignal<boolean>;
   readonly setLean: (lean: boolean) => void;
   /** Log in with a token, which this tab keeps. */
@@ -97,12 +99,12 @@ export function startParts(address: string, version: string, canvas: HTMLCanvasE
     (alarm, ended) => { events.add(ended ? "info" : alarm.severity, ended ? alarmTexts.over(alarm.words) : alarm.words); },
     browserAlarmEnvironment(),
   );
-  watchStaleness(state, scene.stale);
+  const ages = watchAges(state, link.statistics, scene);
   watchSurroundings(state, () => scene.body);
   link.start();
   return {
     address, version, state, commands, statistics: link.statistics, scene, settings, driving, hint, steps, arm, camera, photo, alarms,
-    events, lean,
+    events, lean, ages,
     setLean: (wanted) => { lean.value = wanted; link.setLean(wanted); },
     logIn: (given) => { keepToken(PLACES, given); commands.authenticate(given); },
     logOut: () => { keepToken(PLACES, ""); location.reload(); },

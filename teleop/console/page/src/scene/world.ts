@@ -30,6 +30,8 @@ export interface Paint {
   readonly colours: SceneColours;
   /** Everything alive is older than it should be. */
   readonly stale: boolean;
+  /** What the scanners see is. */
+  readonly late: boolean;
   /** The robot's place is not known, or doubted by the robot itself. */
   readonly doubtful: boolean;
 }
@@ -78,13 +80,13 @@ export class World {
   }
 
   paint(paint: Paint): void {
-    const { colours, stale, doubtful } = paint;
+    const { colours, stale, late, doubtful } = paint;
     this.#paint = paint;
     this.map.setColours(colours);
     this.building.setColours(colours);
     this.grid.setColours(colours);
     // Beside the ghost of the sweep, the sweep itself steps back.
-    this.live.setColours(colours, stale || this.#proposed !== undefined);
+    this.live.setColours(colours, stale || late || this.#proposed !== undefined);
     this.robot.setColours(colours, doubtful ? colours.doubtful : colours.robot, stale);
     this.#ghost.setColours(colours, this.#proposed?.quality ?? "unknown");
     this.waiting.setColours(colours);
@@ -108,7 +110,7 @@ export class World {
     this.#proposed = after;
     this.placeGhost(floor);
     if (this.#paint !== undefined && before?.quality !== after?.quality) {
-      this.live.setColours(this.#paint.colours, this.#paint.stale || after !== undefined);
+      this.live.setColours(this.#paint.colours, this.#paint.stale || this.#paint.late || after !== undefined);
       this.#ghost.setColours(this.#paint.colours, quality);
     }
   }
