@@ -186,6 +186,7 @@ export class Scene {
     });
     on(() => { this.#world.robot.setCovariance(state.covariance.value, this.#place.value); });
     on(() => { this.#world.robot.setTruth(state.truth.value); });
+    on(() => { this.#world.nearest.set(this.stale.value || this.late.value ? undefined : state.nearest.value, this.#world.robot.box); });
     on(() => { this.#paint(); });
     on(() => {
       depend(state.description);

@@ -9,6 +9,7 @@ import { GridLayer } from "./grid_layer";
 import { Hypotheses } from "./hypotheses";
 import { LivePoints } from "./live_points";
 import { MapLayer } from "./map_layer";
+import { NearestArc } from "./nearest_arc";
 import type { SceneColours } from "./palette";
 import { RobotLayer } from "./robot_layer";
 import type { Layers, View } from "./settings";
@@ -59,6 +60,7 @@ export class World {
   readonly grid = new GridLayer();
   readonly live = new LivePoints();
   readonly robot = new RobotLayer();
+  readonly nearest = new NearestArc();
   readonly hypotheses = new Hypotheses();
   readonly waiting = new NotLocatedRing();
   readonly #ghost = new Ghost(this.live.cloud);
@@ -72,6 +74,7 @@ export class World {
       this.grid, this.map, this.building, this.live, this.robot, this.hypotheses, this.#ghost, this.waiting,
     ];
     this.object.add(...layers.map((layer) => layer.object));
+    this.robot.body.add(this.nearest.line.object);
   }
 
   /** Bounds of what is known of the place [m]. */
@@ -90,6 +93,7 @@ export class World {
     this.robot.setColours(colours, doubtful ? colours.doubtful : colours.robot, stale);
     this.#ghost.setColours(colours, this.#proposed?.quality ?? "unknown");
     this.waiting.setColours(colours);
+    this.nearest.setColours(colours);
   }
 
   /** Show the layers that are wanted, as far as there is something to be shown. */
@@ -151,7 +155,7 @@ export class World {
 
   dispose(): void {
     this.hypotheses.clear();
-    for (const part of [this.map, this.building, this.grid, this.live, this.robot, this.#ghost, this.waiting]) {
+    for (const part of [this.map, this.building, this.grid, this.live, this.robot, this.#ghost, this.waiting, this.nearest.line]) {
       part.dispose();
     }
   }
