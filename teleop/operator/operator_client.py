@@ -9,7 +9,7 @@ from typing import Any, Final
 import numpy as np
 
 from localization.geometry import FloatArray
-from localization.logs.ros_geometry import pose_to_dict
+from localization.logs.ros_geometry import pose_from_message, pose_to_dict
 from localization.logs.ros_stamps import stamp_from_message, stamp_to_dict
 from localization.maps.cloud import Cloud
 from localization.types import Health, Pose, Twist
@@ -103,6 +103,8 @@ class OperatorClient:
         """Hash of the robot's map; empty until it is received."""
         self.map_name = ""
         """Name of the robot's map; empty until it is received."""
+        self.places: Mapping[str, Pose] = {}
+        """Named places of the map."""
 
     async def start(self) -> None:
         """Subscribe to the topics and advertise what will be published."""
@@ -124,6 +126,8 @@ class OperatorClient:
                 self.now = stamp_from_message(message["clock"])
             case "/map_info":
                 self.map_sha256, self.map_name = str(message["sha256"]), str(message["name"])
+                poses = [pose_from_message(pose) for pose in message.get("places", ())]
+                self.places = dict(zip(message.get("place_names", ()), poses, strict=False))
             case "/localization/status":
                 self.health = Health(message["health"])
             case "/tf":
