@@ -209,6 +209,8 @@ export interface ConsoleEvent {
   readonly time: Date;
   readonly severity: Severity;
   readonly words: string;
-  /** How often it came in a row. */
+  /** How often it came in a row, and of an alarm how often it began. */
   readonly count: number;
+  /** Which alarm it is, when it began last, and for how long it lasted before in all [s]. */
+  readonly alarm?: { readonly kind: string; readonly begun: Date; readonly active: boolean; readonly lasted: number } | undefined;
 }
