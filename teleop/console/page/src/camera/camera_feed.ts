@@ -2,15 +2,21 @@
 
 import { computed, effect, signal, type ReadonlySignal, type Signal } from "@preact/signals";
 import { CameraPictures } from "../link/camera_pictures";
+import type { Dated } from "../robot/data_age";
 import type { RobotState } from "../robot/robot_state";
 import { remembered, type Keeper } from "../scene/stored_signals";
 import { cameraTexts as texts } from "../texts/camera";
 import { cameraStreams, type CameraStream } from "./camera_streams";
 import { MultipartReader } from "./multipart_reader";
-import type { CameraPicture } from "./picture_age";
 
 /** Before a stream that ended is opened again [ms]. */
 export const REOPEN = 1000;
+
+/** A picture that is shown. */
+export interface CameraPicture extends Dated {
+  /** A blob's address, which holds until two newer pictures have come. */
+  readonly url: string;
+}
 
 /** What the feed needs of its surroundings. */
 export interface FeedParts {

@@ -9,6 +9,7 @@ import { blockage, type Blockage, type RobotView } from "./blockage";
 import { joyChannel, velocityChannel, type DriveChannel } from "./drive_channel";
 import { DriveLoop, type Sending } from "./drive_loop";
 import type { SourceName, SourceReading } from "./drive_source";
+import type { DrivingEnvironment } from "./driving_environment";
 import { drivingStatus, type DrivingStatus } from "./driving_status";
 import { EmergencyStop } from "./emergency_stop";
 import { MappingStore } from "./gamepad_mapping";
@@ -22,17 +23,6 @@ import type { StepMotion } from "./step_motion";
 import { StickSource } from "./stick_source";
 import { TurnTaking } from "./turn_taking";
 
-/** What of the browser driving needs. */
-export interface DrivingEnvironment {
-  readonly window: Window;
-  readonly document: Document;
-  readonly navigator: Navigator;
-  /** Monotonic time [ms], as `performance.now()`. */
-  now(): number;
-  /** Time of the day [ms], as `Date.now()`, which goes on while the computer sleeps; that one if not given. */
-  wallNow?(): number;
-}
-
 /** Why everything counts as released, and since when by the page's clock [ms]. */
 export interface Stopped {
   readonly words: string;
@@ -43,7 +33,7 @@ export interface Stopped {
 const LOOK = 16;
 
 export class Driving {
-  readonly gear = signal<Gear>("normal");
+  readonly gear: Signal<Gear>;
   readonly sending: ReadonlySignal<Sending | undefined>;
   readonly stoppedBecause: ReadonlySignal<Stopped | undefined>;
   readonly status: ReadonlySignal<DrivingStatus>;
@@ -79,6 +69,7 @@ export class Driving {
     private readonly environment: DrivingEnvironment,
   ) {
     const { window, document } = environment;
+    this.gear = environment.gear ?? signal<Gear>("normal");
     const now = () => environment.now();
     this.estop = new EmergencyStop(commands, state, now);
     this.turns = new TurnTaking(commands, state);
@@ -294,6 +285,8 @@ export class Driving {
       unmapped: pads.length > 0 && !pads.some(({ mapped }) => mapped),
       focused: this.focused,
       elsewhere: this.keysElsewhere.peek(),
+      thumbs: this.environment.thumbs?.() ?? false,
+      moving: this.steps?.moves ?? false,
       stopped: this.stopped.peek()?.words,
     };
   }

@@ -136,6 +136,7 @@ function Panels({ parts, layout }: LaidOut) {
             views={viewsOf(state.arm.value)}
             lean={state.dialect.value === "plain" ? undefined : { lean: parts.lean, setLean: parts.setLean }}
             absent={absentLayers(parts)}
+            ages={parts.ages}
           />
           {layout !== "wide" && <Legend parts={parts} />}
         </Fold>

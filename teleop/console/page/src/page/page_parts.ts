@@ -18,11 +18,11 @@ import { Scene } from "../scene/scene";
 import { sceneSettings, type SceneSettings } from "../scene/settings";
 import { keepToken, takeToken, type TokenPlaces } from "../session/token";
 import { StepControl } from "../steps/step_control";
-import { alarmTexts } from "../texts/alarms";
 import { bothMotions, loadArm, type LoadedArm } from "./arm_loader";
 import { viewHintsFromAbove } from "./hint_view";
+import { keepAwake, rememberedGear, thumbsOnly } from "./hands";
 import { watchSurroundings } from "./surroundings";
-import { watchStaleness } from "./stale_picture";
+import { watchAges, type LayerAges } from "./layer_ages";
 
 /** What the components show and use. */
 export interface PageParts {
@@ -42,6 +42,8 @@ export interface PageParts {
   readonly photo: PhotoControl;
   readonly alarms: Alarms;
   readonly events: EventLog;
+  /** How old each layer of the picture is. */
+  readonly ages: ReadonlySignal<LayerAges>;
   readonly lean: ReadonlySignal<boolean>;
   readonly setLean: (lean: boolean) => void;
   /** Log in with a token, which this tab keeps. */
@@ -69,7 +71,9 @@ export function startParts(address: string, version: string, canvas: HTMLCanvasE
     }
   });
   const scene = new Scene(canvas, state, settings);
-  const driving = new Driving(commands, state, { window, document, navigator, now: () => performance.now() });
+  const driving = new Driving(commands, state, {
+    window, document, navigator, now: () => performance.now(), gear: rememberedGear(), thumbs: thumbsOnly(),
+  });
   const hint = new HintTool(canvas, scene, commands, state);
   const steps = new StepControl(commands);
   steps.stopWhenHidden(document);
@@ -94,15 +98,16 @@ export function startParts(address: string, version: string, canvas: HTMLCanvasE
   effect(() => { document.documentElement.dataset["theme"] = settings.theme.value; });
   const alarms = new Alarms(
     state, link.statistics,
-    (alarm, ended) => { events.add(ended ? "info" : alarm.severity, ended ? alarmTexts.over(alarm.words) : alarm.words); },
+    (alarm, ended) => { events.alarm(alarm, ended); },
     browserAlarmEnvironment(),
   );
-  watchStaleness(state, scene.stale);
+  const ages = watchAges(state, link.statistics, scene);
   watchSurroundings(state, () => scene.body);
+  keepAwake(state, navigator, document);
   link.start();
   return {
     address, version, state, commands, statistics: link.statistics, scene, settings, driving, hint, steps, arm, camera, photo, alarms,
-    events, lean,
+    events, lean, ages,
     setLean: (wanted) => { lean.value = wanted; link.setLean(wanted); },
     logIn: (given) => { keepToken(PLACES, given); commands.authenticate(given); },
     logOut: () => { keepToken(PLACES, ""); location.reload(); },

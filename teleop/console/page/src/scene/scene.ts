@@ -20,6 +20,7 @@ import { SmoothPose } from "./smooth_pose";
 import { Stage } from "./stage";
 import { ViewRig } from "./view_rig";
 import type { Workshop } from "./workshop";
+import { covered } from "./viewport";
 import { World } from "./world";
 
 /** Radians that a pixel of dragging turns the view. */
@@ -29,18 +30,11 @@ const REST = 250;
 /** How often fading points are drawn anew while nothing else happens [ms]. */
 const FADING = 200;
 
-/** Heights that alarms and controls cover [CSS pixels], and the largest share of the picture that is left to them. */
-const COVERED = { top: 70, bottom: 150, most: 0.45 };
-
-/** Return the shares of a picture of this height [CSS pixels] that are covered. */
-function covered(height: number): { readonly top: number; readonly bottom: number } {
-  const share = Math.min(1 / Math.max(height, 1), COVERED.most / (COVERED.top + COVERED.bottom));
-  return { top: COVERED.top * share, bottom: COVERED.bottom * share };
-}
-
 export class Scene {
   /** Set by whoever knows that what is shown is older than it should be: everything alive turns grey. */
   readonly stale: Signal<boolean> = signal(false);
+  /** The same of what the scanners see. */
+  readonly late: Signal<boolean> = signal(false);
   /** Whether the view goes with the robot; false once a person has moved it aside, until `recentre`. */
   readonly following: ReadonlySignal<boolean>;
   /** One sentence on what is wrong with the picture, with the way out; empty while all is well. */
@@ -192,6 +186,7 @@ export class Scene {
     });
     on(() => { this.#world.robot.setCovariance(state.covariance.value, this.#place.value); });
     on(() => { this.#world.robot.setTruth(state.truth.value); });
+    on(() => { this.#world.nearest.set(this.stale.value || this.late.value ? undefined : state.nearest.value, this.#world.robot.box); });
     on(() => { this.#paint(); });
     on(() => {
       depend(state.description);
@@ -250,7 +245,7 @@ export class Scene {
   #paint(): void {
     const colours = COLOURS[this.#settings.theme.value];
     this.#stage.scene.background = new Color().setRGB(...colours.background, SRGBColorSpace);
-    this.#world.paint({ colours, stale: this.stale.value, doubtful: this.#doubtful.value });
+    this.#world.paint({ colours, stale: this.stale.value, late: this.late.value, doubtful: this.#doubtful.value });
   }
 
   #moved(move: () => void): void {

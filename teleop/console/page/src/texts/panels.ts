@@ -76,6 +76,8 @@ export const eventTexts = {
   title: "Events",
   none: "Nothing has happened yet.",
   times: (count: number): string => `${count} times`,
+  over: (lasted: number): string => `over, ${ageWords(1000 * lasted)} in all`,
+  gravest: "Warnings and alarms only",
   copy: "Copy",
   copied: "Copied",
   byHand: "This page cannot reach the clipboard (it needs https or localhost): select the text and copy it.",

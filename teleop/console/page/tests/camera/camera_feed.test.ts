@@ -1,6 +1,6 @@
 import { afterEach, beforeEach, expect, it, vi } from "vitest";
 import { CameraFeed, REOPEN } from "../../src/camera/camera_feed";
-import { pictureAge } from "../../src/camera/picture_age";
+import { dataAge } from "../../src/robot/data_age";
 import { betterReading, unknownState, type RobotState } from "../../src/robot/robot_state";
 
 const PATH = "/stream?topic=/camera/rgb/image_rect_color&type=mjpeg&quality=30";
@@ -115,13 +115,13 @@ it("does not open a stream of another host, or one that is gone", async () => {
 
 it("tells a picture's age by the robot's clock", () => {
   const picture = { url: "", stamp: 9, receivedAt: 1000 };
-  expect(pictureAge(picture, state, undefined, 1250), "without that clock").toEqual({ age: 250, lowerBound: true });
+  expect(dataAge(picture, state, undefined, 1250), "without that clock").toEqual({ age: 250, lowerBound: true });
   state.time.value = { stamp: 9.3, receivedAt: 1000 };
-  expect(pictureAge(picture, state, undefined, 1000).age).toBeCloseTo(300);
-  expect(pictureAge(picture, state, 80, 1500).age, "with half the round trip").toBeCloseTo(840);
-  expect(pictureAge(picture, state, 80, 1500).lowerBound).toBe(false);
+  expect(dataAge(picture, state, undefined, 1000).age).toBeCloseTo(300);
+  expect(dataAge(picture, state, 80, 1500).age, "with half the round trip").toBeCloseTo(840);
+  expect(dataAge(picture, state, 80, 1500).lowerBound).toBe(false);
   state.time.value = { stamp: 8, receivedAt: 1000 };
-  expect(pictureAge(picture, state, undefined, 1100), "dated ahead").toEqual({ age: 100, lowerBound: true });
+  expect(dataAge(picture, state, undefined, 1100), "dated ahead").toEqual({ age: 100, lowerBound: true });
 });
 
 it("is not misled by words of the robot's time that a busy machine held up", () => {
@@ -135,5 +135,5 @@ it("is not misled by words of the robot's time that a busy machine held up", () 
   expect(betterReading(quick, slowed), "readings hold for 2 s").toBe(slowed);
   state.time.value = betterReading(quick, late);
   const picture = { url: "", stamp: 9.2, receivedAt: 1400 };
-  expect(pictureAge(picture, state, undefined, 1400).age, "not 0 by the late word").toBeCloseTo(200);
+  expect(dataAge(picture, state, undefined, 1400).age, "not 0 by the late word").toBeCloseTo(200);
 });

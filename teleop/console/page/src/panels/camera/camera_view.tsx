@@ -1,8 +1,8 @@
 /** The camera's picture over the scene, with its age. */
 
 import type { CameraFeed } from "../../camera/camera_feed";
-import { pictureAge } from "../../camera/picture_age";
 import { STALE_AFTER } from "../../operating_data";
+import { dataAge } from "../../robot/data_age";
 import type { LinkStatisticsSignal, RobotState } from "../../robot/robot_state";
 import { cameraTexts as texts } from "../../texts/camera";
 import { linkPanelTexts } from "../../texts/panels";
@@ -23,7 +23,7 @@ export function CameraView(props: CameraViewProps) {
 function Picture({ feed, state, link, name }: CameraViewProps & { readonly name: string }) {
   const now = useNow(100);
   const picture = feed.picture.value;
-  const age = picture === undefined ? undefined : pictureAge(picture, state, link.peek().roundTrip, now);
+  const age = picture === undefined ? undefined : dataAge(picture, state, link.peek().roundTrip, now);
   const stale = age === undefined || age.age > STALE_AFTER;
   const trouble = feed.trouble.value;
   return (
