@@ -192,8 +192,15 @@ class AuditLog(Observer):
 
     def connected(self, connection: Connection, now: int) -> None:
         """Log a connection."""
-        self._identify(connection.name, connection.access)
+        self._identify(connection)
         self._line("connected", connection.name)
+
+    def renamed(self, connection: Connection, old: str) -> None:
+        """Log a client's name; its lines have it from now on, beside number and address."""
+        self._identity.pop(old, None)
+        self._identify(connection)
+        self._line("named", connection.name)
+        self._rates.leave(old)
 
     def disconnected(self, connection: Connection, now: int) -> None:
         """Log the end of a connection."""
@@ -209,7 +216,7 @@ class AuditLog(Observer):
         if access is None:
             self._line("auth refused", name)
         else:
-            self._identify(name, access)
+            self._identify(connection)
             self._line("auth", name)
 
     def guessed(self, host: str, now: int) -> None:
@@ -222,8 +229,10 @@ class AuditLog(Observer):
         if counted := self._guesses.report():
             self._write({**self._when(), "what": "wrong tokens", **counted})
 
-    def _identify(self, name: str, access: Access | None) -> None:
-        self._identity[name] = _identity_of(access)
+    def _identify(self, connection: Connection) -> None:
+        name, label = connection.name, connection.number_and_address
+        called = {} if name == label else {"client": label, "name": name}
+        self._identity[name] = {**called, **_identity_of(connection.access)}
 
     def _line(self, what: str, client: str, *, kind: str = "", **more: object) -> None:
         if client not in self._identity:

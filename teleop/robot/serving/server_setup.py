@@ -36,6 +36,7 @@ ROLES: Final[Mapping[Role, RoleRules]] = {
         call=(
             *DEFAULT_RULES[Role.VIEW].call,
             *("/teleop/estop", "/teleop/session", "/teleop/link", "/teleop/ask", "/video/ticket"),
+            *("/teleop/introduce", "/teleop/clients"),
         ),
     ),
 }

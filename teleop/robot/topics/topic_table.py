@@ -271,6 +271,12 @@ SERVICES: tuple[Interface, ...] = (
         "who the caller is to the robot, and what it may do",
     ),
     Interface(
+        "/teleop/introduce",
+        "farsteer_msgs/srv/Introduce",
+        "give the caller a name, by which everybody sees it; once for each connection",
+    ),
+    Interface("/teleop/clients", "farsteer_msgs/srv/Clients", "who is connected: names and roles"),
+    Interface(
         "/teleop/link",
         "farsteer_msgs/srv/LinkStatistics",
         "what has been sent to the caller and dropped for it, and its round trip",

@@ -16,6 +16,7 @@ import { unknownState, type LinkStatisticsSignal, type RobotState } from "../rob
 import { browserKeeper, remembered } from "../scene/stored_signals";
 import { Scene } from "../scene/scene";
 import { sceneSettings, type SceneSettings } from "../scene/settings";
+import { friendlyName, validName } from "../session/person_name";
 import { keepToken, takeToken, type TokenPlaces } from "../session/token";
 import { StepControl } from "../steps/step_control";
 import { alarmTexts } from "../texts/alarms";
@@ -44,6 +45,9 @@ export interface PageParts {
   readonly events: EventLog;
   readonly lean: ReadonlySignal<boolean>;
   readonly setLean: (lean: boolean) => void;
+  /** The person's name, which this browser keeps. */
+  readonly name: ReadonlySignal<string>;
+  readonly rename: (name: string) => void;
   /** Log in with a token, which this tab keeps. */
   readonly logIn: (token: string) => void;
   /** Forget the token, and begin anew without one. */
@@ -61,7 +65,10 @@ export function startParts(address: string, version: string, canvas: HTMLCanvasE
     "farsteer.lean", false, (kept) => (typeof kept === "boolean" ? kept : undefined), browserKeeper(),
   );
   const token = takeToken(PLACES);
-  const link = new RobotLink(address, { ...(token === "" ? {} : { token }), lean: lean.peek() }, state, events.add);
+  const name = remembered("farsteer.name", "", validName, browserKeeper());
+  name.value ||= friendlyName();
+  const options = { ...(token === "" ? {} : { token }), lean: lean.peek(), name: () => name.peek() };
+  const link = new RobotLink(address, options, state, events.add);
   const { commands } = link;
   effect(() => {
     if (settings.layers.value.map) {
@@ -102,7 +109,7 @@ export function startParts(address: string, version: string, canvas: HTMLCanvasE
   link.start();
   return {
     address, version, state, commands, statistics: link.statistics, scene, settings, driving, hint, steps, arm, camera, photo, alarms,
-    events, lean,
+    events, lean, name, rename: (wanted) => { name.value = wanted; commands.authenticate(takeToken(PLACES)); },
     setLean: (wanted) => { lean.value = wanted; link.setLean(wanted); },
     logIn: (given) => { keepToken(PLACES, given); commands.authenticate(given); },
     logOut: () => { keepToken(PLACES, ""); location.reload(); },

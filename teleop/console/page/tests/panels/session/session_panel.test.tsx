@@ -14,31 +14,33 @@ let state: RobotState;
 let commands: RecordingCommands;
 let page: Mounted;
 let loggedOut: number;
+let renamed: string[];
 
 beforeEach(async () => {
   state = unknownState();
   state.connection.value = { phase: "refused", words: "The robot asks for a token.", sinceAt: 0 };
   commands = new RecordingCommands();
   loggedOut = 0;
-  page = await mount(<SessionPanel state={state} commands={commands} onLogout={() => { loggedOut += 1; }} />);
+  renamed = [];
+  page = await mount(<SessionPanel state={state} commands={commands} onLogout={() => { loggedOut += 1; }} name="Red Robin" onRename={(name) => { renamed.push(name); }} />);
 });
 
 afterEach(() => { page.unmount(); });
 
 async function enter(token: string): Promise<void> {
-  const field = page.root.querySelector("input");
+  const field = page.root.querySelector<HTMLInputElement>("input[type=password]");
   if (field === null) {
     throw new Error("no field for the token");
   }
   field.value = token;
-  await page.act(() => { page.root.querySelector("form")?.requestSubmit(); });
+  await page.act(() => { page.root.querySelector<HTMLFormElement>("form:has([type=password])")?.requestSubmit(); });
 }
 
 it("hands the token to the link and keeps it nowhere", async () => {
   expect(page.text()).toContain("The robot asks for a token.");
   await enter("  secret-token ");
   expect(commands.tokens).toEqual(["secret-token"]);
-  expect(page.root.querySelector("input")?.value).toBe("");
+  expect(page.root.querySelector<HTMLInputElement>("input[type=password]")?.value).toBe("");
   expect(page.text()).not.toContain("secret-token");
   expect([localStorage.length, sessionStorage.length]).toEqual([0, 0]);
   expect(document.title + location.href).not.toContain("secret-token");
@@ -65,18 +67,32 @@ it("lets a viewer without a token log in, and nobody where there are no tokens",
   await enter("another");
   expect(commands.tokens).toEqual(["another"]);
   await page.act(() => { state.session.value = { ...VIEWER, tokens: false }; });
-  expect(page.root.querySelector("input")).toBeNull();
+  expect(page.root.querySelector("input[type=password]")).toBeNull();
   expect(page.text()).toContain("asks for no tokens");
 });
 
 it("does not ask for a token while the link is lost, nor at a robot without sessions", async () => {
   await page.act(() => { state.connection.value = { phase: "lost", words: "The robot does not answer.", sinceAt: 0 }; });
   expect(page.text()).toContain("The robot does not answer.");
-  expect(page.root.querySelector("input")).toBeNull();
+  expect(page.root.querySelector("input[type=password]")).toBeNull();
   await page.act(() => {
     state.connection.value = { phase: "open", words: "", sinceAt: 0 };
     state.dialect.value = "plain";
   });
   expect(page.text()).toContain("knows no sessions");
-  expect(page.root.querySelector("input")).toBeNull();
+  expect(page.root.querySelector("input[type=password]")).toBeNull();
+});
+
+it("offers the name that others see, and takes another one", async () => {
+  await page.act(() => { state.session.value = { ...VIEWER, name: "Red Robin", tokens: false }; });
+  expect(page.text()).toContain("You are Red Robin.");
+  const field = page.root.querySelector<HTMLInputElement>("input[type=text]");
+  expect(field?.value).toBe("Red Robin");
+  await page.act(() => { page.button("Change").click(); });
+  expect(renamed).toEqual([]);
+  if (field !== null) {
+    field.value = "  Anna ";
+  }
+  await page.act(() => { page.button("Change").click(); });
+  expect(renamed).toEqual(["Anna"]);
 });
