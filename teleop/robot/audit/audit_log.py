@@ -126,6 +126,14 @@ class AuditLog(Observer):
         more = {"refused": refused} if refused else {"seconds": seconds, "reason": reason}
         self._line("disconnect", client, **whom, **more)
 
+    def token(
+        self, client: str, action: str, token: str, role: str, until: str, *, refused: str
+    ) -> None:
+        """Log that a client makes or ends a token, by its name, or why it does not; ``until`` is when it ends."""
+        given = {"token": token, "for": role, "until": until, "refused": refused}
+        more = {key: value for key, value in given.items() if value}
+        self._line(action, client, kind="token", **more)
+
     def tokens_renewed(self, disconnected: Sequence[str]) -> None:
         """Log that the token file was read again, and which clients it disconnected."""
         self._write(
@@ -199,8 +207,8 @@ class AuditLog(Observer):
         """Log a client's name; its lines have it from now on, beside number and address."""
         self._identity.pop(old, None)
         self._identify(connection)
-        self._line("named", connection.name)
         self._rates.leave(old)
+        self._line("named", connection.name)
 
     def disconnected(self, connection: Connection, now: int) -> None:
         """Log the end of a connection."""

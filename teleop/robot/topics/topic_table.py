@@ -299,6 +299,28 @@ SERVICES: tuple[Interface, ...] = (
 )
 """Services that the robot offers."""
 
+SHARE_SERVICES: Final = (
+    Interface(
+        "/teleop/share",
+        "farsteer_msgs/srv/Share",
+        "operators only: make a link to the console page, to watch or to drive, with an end",
+    ),
+    Interface(
+        "/teleop/own_token",
+        "farsteer_msgs/srv/OwnToken",
+        "for a device that came by a link: a token of its own",
+    ),
+    Interface(
+        "/teleop/tokens", "farsteer_msgs/srv/Tokens", "operators only: tokens of devices and links"
+    ),
+    Interface(
+        "/teleop/revoke_token",
+        "farsteer_msgs/srv/RevokeToken",
+        "operators only: end a token, and disconnect whoever has it",
+    ),
+)
+"""Services of ``farsteer serve --lan``."""
+
 _SIMULATION: Final = (
     ("GetSimulatorFeatures", "what is offered"),
     ("StepSimulation", "advance by 1 to 500 steps of 20 ms"),

@@ -142,7 +142,7 @@ function Panels({ parts, layout }: LaidOut) {
         <Fold title={texts.folds.session} open={refused}>
           <SessionPanel
             state={state} commands={{ authenticate: parts.logIn }} onLogout={parts.logOut}
-            name={parts.name.value} onRename={parts.rename}
+            name={parts.name.value} onRename={parts.rename} sharing={parts.sharing}
           />
         </Fold>
         <button type="button" class="page-tool" onClick={() => { pads.value = true; }}>{texts.gamepads}</button>

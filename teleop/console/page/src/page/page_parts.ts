@@ -11,6 +11,7 @@ import { httpAddress } from "../link/diagnosis";
 import { RobotLink } from "../link/robot_link";
 import { closeTopDialog } from "../panels/dialog";
 import { EventLog } from "../panels/events/event_log";
+import { Sharing } from "../panels/session/sharing";
 import type { RobotCommands } from "../robot/robot_commands";
 import { unknownState, type LinkStatisticsSignal, type RobotState } from "../robot/robot_state";
 import { browserKeeper, remembered } from "../scene/stored_signals";
@@ -23,6 +24,7 @@ import { alarmTexts } from "../texts/alarms";
 import { bothMotions, loadArm, type LoadedArm } from "./arm_loader";
 import { viewHintsFromAbove } from "./hint_view";
 import { watchSurroundings } from "./surroundings";
+import { takeOwnToken } from "./own_token";
 import { watchStaleness } from "./stale_picture";
 
 /** What the components show and use. */
@@ -48,13 +50,14 @@ export interface PageParts {
   /** The person's name, which this browser keeps. */
   readonly name: ReadonlySignal<string>;
   readonly rename: (name: string) => void;
+  readonly sharing: Sharing;
   /** Log in with a token, which this tab keeps. */
   readonly logIn: (token: string) => void;
   /** Forget the token, and begin anew without one. */
   readonly logOut: () => void;
 }
 
-const PLACES: TokenPlaces = { location, history, storage: () => sessionStorage };
+const PLACES: TokenPlaces = { location, history, storage: () => sessionStorage, lasting: () => localStorage };
 
 /** Make all parts and connect to the robot. */
 export function startParts(address: string, version: string, canvas: HTMLCanvasElement): PageParts {
@@ -106,10 +109,11 @@ export function startParts(address: string, version: string, canvas: HTMLCanvasE
   );
   watchStaleness(state, scene.stale);
   watchSurroundings(state, () => scene.body);
+  takeOwnToken(link.wire, state, () => name.peek(), (own) => { keepToken(PLACES, own, "lasting"); commands.authenticate(own); });
   link.start();
   return {
     address, version, state, commands, statistics: link.statistics, scene, settings, driving, hint, steps, arm, camera, photo, alarms,
-    events, lean, name, rename: (wanted) => { name.value = wanted; commands.authenticate(takeToken(PLACES)); },
+    events, lean, name, sharing: new Sharing(link.wire), rename: (wanted) => { name.value = wanted; commands.authenticate(takeToken(PLACES)); },
     setLean: (wanted) => { lean.value = wanted; link.setLean(wanted); },
     logIn: (given) => { keepToken(PLACES, given); commands.authenticate(given); },
     logOut: () => { keepToken(PLACES, ""); location.reload(); },

@@ -8,6 +8,8 @@ import { LONGEST_NAME } from "../../session/person_name";
 import { sessionTexts as texts } from "../../texts/panels";
 import type { Session } from "../../values";
 import { Panel } from "../panel";
+import { SharePart } from "./share_part";
+import type { Sharing } from "./sharing";
 
 export interface SessionPanelProps {
   readonly state: RobotState;
@@ -17,9 +19,11 @@ export interface SessionPanelProps {
   /** The person's name, and what takes another one. */
   readonly name: string;
   readonly onRename: (name: string) => void;
+  /** Shares the robot with others. */
+  readonly sharing: Sharing;
 }
 
-export function SessionPanel({ state, commands, onLogout, name, onRename }: SessionPanelProps) {
+export function SessionPanel({ state, commands, onLogout, name, onRename, sharing }: SessionPanelProps) {
   const session = state.session.value;
   const logIn = (token: string): void => { commands.authenticate(token); };
   return (
@@ -27,6 +31,7 @@ export function SessionPanel({ state, commands, onLogout, name, onRename }: Sess
       {session === undefined
         ? <Stranger state={state} onToken={logIn} />
         : <Identity session={session} onToken={logIn} onLogout={onLogout} />}
+      {session !== undefined && <SharePart sharing={sharing} session={session} state={state} />}
       {state.dialect.value !== "plain" && <NameField name={name} onRename={onRename} />}
     </Panel>
   );
