@@ -18,7 +18,7 @@ from teleop.bridges.commands import (
     MotionReceiver,
     ServoBridge,
 )
-from teleop.console.commands import Console
+from teleop.console.commands import Console, Tokens
 from teleop.operator.commands import Operate
 from teleop.robot.arm_command import Arm
 from teleop.robot.board_command import ServoBoardCommand
@@ -42,6 +42,7 @@ COMMANDS: Final = {
     "world": Worlds,
     "serve": Serve,
     "console": Console,
+    "tokens": Tokens,
     "operate": Operate,
     "kafka-bridge": KafkaBridge,
     "kafka-rest": KafkaRest,
@@ -69,6 +70,7 @@ Command: TypeAlias = (
     | Annotated[Worlds, tyro.conf.subcommand("world")]
     | Annotated[Serve, tyro.conf.subcommand("serve")]
     | Annotated[Console, tyro.conf.subcommand("console")]
+    | Annotated[Tokens, tyro.conf.subcommand("tokens")]
     | Annotated[Operate, tyro.conf.subcommand("operate")]
     | Annotated[KafkaBridge, tyro.conf.subcommand("kafka-bridge")]
     | Annotated[KafkaRest, tyro.conf.subcommand("kafka-rest")]

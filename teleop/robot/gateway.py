@@ -24,6 +24,7 @@ from teleop.robot.serving.server_setup import (
     token_file,
     watch_tokens,
 )
+from teleop.robot.serving.share_services import offer_sharing
 from teleop.robot.tick_record import DriveRecord, EstimateRecord
 from teleop.robot.topics.message_parts import Message
 from teleop.robot.topics.topic_table import Interface
@@ -121,6 +122,9 @@ class Gateway:
             )
             """The robot's topics and services."""
             self._cleanup = cleanup.pop_all()
+
+        if config.lan and config.tokens is not None:
+            offer_sharing(self.server, config.tokens, self._audit)
 
     def offer_files(self, map_file: Path | None, surfaces: bytes | None = None) -> None:
         """Offer the console page, the map if there is a file of it, and its surfaces if given, over HTTP on the same port."""

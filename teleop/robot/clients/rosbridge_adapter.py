@@ -13,6 +13,7 @@ from teleop.robot.clients.client_inputs import ClientInputs
 from teleop.robot.clients.disconnect_service import DisconnectService
 from teleop.robot.clients.link_service import serve_link
 from teleop.robot.clients.move_action import MoveAction
+from teleop.robot.clients.name_services import serve_names
 from teleop.robot.clients.preview_service import PreviewService
 from teleop.robot.clients.robot_services import RobotServices
 from teleop.robot.clients.step_requests import StepRequests
@@ -112,6 +113,7 @@ class RosbridgeAdapter(Observer):
         self.previews = PreviewService(protocol)
         """Previews of hints, which the estimator answers."""
         serve_whoami(protocol)
+        serve_names(protocol)
         DisconnectService(protocol, audit)
         serve_link(server)
         serve_standard(protocol)
@@ -175,6 +177,11 @@ class RosbridgeAdapter(Observer):
     def connected(self, connection: Connection, now: int) -> None:
         """Note a client's name, by which the robot knows it."""
         self._clients[connection.name] = connection.id
+
+    def renamed(self, connection: Connection, old: str) -> None:
+        """Have the robot release what the client controls under its old name."""
+        self._clients[connection.name] = self._clients.pop(old, connection.id)
+        self.wishes.post(Disconnected(old))
 
     def disconnected(self, connection: Connection, now: int) -> None:
         """Have the robot release what the client controls."""

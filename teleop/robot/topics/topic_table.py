@@ -274,6 +274,12 @@ SERVICES: tuple[Interface, ...] = (
         "who the caller is to the robot, and what it may do",
     ),
     Interface(
+        "/teleop/introduce",
+        "farsteer_msgs/srv/Introduce",
+        "give the caller a name, by which everybody sees it; once for each connection",
+    ),
+    Interface("/teleop/clients", "farsteer_msgs/srv/Clients", "who is connected: names and roles"),
+    Interface(
         "/teleop/link",
         "farsteer_msgs/srv/LinkStatistics",
         "what has been sent to the caller and dropped for it, and its round trip",
@@ -295,6 +301,28 @@ SERVICES: tuple[Interface, ...] = (
     ),
 )
 """Services that the robot offers."""
+
+SHARE_SERVICES: Final = (
+    Interface(
+        "/teleop/share",
+        "farsteer_msgs/srv/Share",
+        "operators only: make a link to the console page, to watch or to drive, with an end",
+    ),
+    Interface(
+        "/teleop/own_token",
+        "farsteer_msgs/srv/OwnToken",
+        "for a device that came by a link: a token of its own",
+    ),
+    Interface(
+        "/teleop/tokens", "farsteer_msgs/srv/Tokens", "operators only: tokens of devices and links"
+    ),
+    Interface(
+        "/teleop/revoke_token",
+        "farsteer_msgs/srv/RevokeToken",
+        "operators only: end a token, and disconnect whoever has it",
+    ),
+)
+"""Services of ``farsteer serve --lan``."""
 
 _SIMULATION: Final = (
     ("GetSimulatorFeatures", "what is offered"),

@@ -179,6 +179,9 @@ export interface Session {
   readonly mayHint: boolean;
   readonly maySearch: boolean;
   readonly mayTakeOver: boolean;
+  readonly mayShare: boolean;
+  /** Whether the token is that of a link, and the robot gives this device one of its own. */
+  readonly link: boolean;
 }
 
 /** Roll (left side up) and pitch (nose down) [rad], and the topic that they are from. */

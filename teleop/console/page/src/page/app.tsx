@@ -141,7 +141,10 @@ function Panels({ parts, layout }: LaidOut) {
           {layout !== "wide" && <Legend parts={parts} />}
         </Fold>
         <Fold title={texts.folds.session} open={refused}>
-          <SessionPanel state={state} commands={{ authenticate: parts.logIn }} onLogout={parts.logOut} />
+          <SessionPanel
+            state={state} commands={{ authenticate: parts.logIn }} onLogout={parts.logOut}
+            name={parts.name.value} onRename={parts.rename} sharing={parts.sharing}
+          />
         </Fold>
         <button type="button" class="page-tool" onClick={() => { pads.value = true; }}>{texts.gamepads}</button>
         <Dialog title={texts.gamepads} open={pads.value} onClose={() => { pads.value = false; }}>

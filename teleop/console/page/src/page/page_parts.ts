@@ -11,11 +11,13 @@ import { httpAddress } from "../link/diagnosis";
 import { RobotLink } from "../link/robot_link";
 import { closeTopDialog } from "../panels/dialog";
 import { EventLog } from "../panels/events/event_log";
+import { Sharing } from "../panels/session/sharing";
 import type { RobotCommands } from "../robot/robot_commands";
 import { unknownState, type LinkStatisticsSignal, type RobotState } from "../robot/robot_state";
 import { browserKeeper, remembered } from "../scene/stored_signals";
 import { Scene } from "../scene/scene";
 import { sceneSettings, type SceneSettings } from "../scene/settings";
+import { friendlyName, validName } from "../session/person_name";
 import { keepToken, takeToken, type TokenPlaces } from "../session/token";
 import { StepControl } from "../steps/step_control";
 import { bothMotions, loadArm, type LoadedArm } from "./arm_loader";
@@ -23,6 +25,7 @@ import { viewHintsFromAbove } from "./hint_view";
 import { keepAwake, rememberedGear, thumbsOnly } from "./hands";
 import { watchSurroundings } from "./surroundings";
 import { watchAges, type LayerAges } from "./layer_ages";
+import { takeOwnToken } from "./own_token";
 
 /** What the components show and use. */
 export interface PageParts {
@@ -46,13 +49,17 @@ export interface PageParts {
   readonly ages: ReadonlySignal<LayerAges>;
   readonly lean: ReadonlySignal<boolean>;
   readonly setLean: (lean: boolean) => void;
+  /** The person's name, which this browser keeps. */
+  readonly name: ReadonlySignal<string>;
+  readonly rename: (name: string) => void;
+  readonly sharing: Sharing;
   /** Log in with a token, which this tab keeps. */
   readonly logIn: (token: string) => void;
   /** Forget the token, and begin anew without one. */
   readonly logOut: () => void;
 }
 
-const PLACES: TokenPlaces = { location, history, storage: () => sessionStorage };
+const PLACES: TokenPlaces = { location, history, storage: () => sessionStorage, lasting: () => localStorage };
 
 /** Make all parts and connect to the robot. */
 export function startParts(address: string, version: string, canvas: HTMLCanvasElement): PageParts {
@@ -63,7 +70,10 @@ export function startParts(address: string, version: string, canvas: HTMLCanvasE
     "farsteer.lean", false, (kept) => (typeof kept === "boolean" ? kept : undefined), browserKeeper(),
   );
   const token = takeToken(PLACES);
-  const link = new RobotLink(address, { ...(token === "" ? {} : { token }), lean: lean.peek() }, state, events.add);
+  const name = remembered("farsteer.name", "", validName, browserKeeper());
+  name.value ||= friendlyName();
+  const options = { ...(token === "" ? {} : { token }), lean: lean.peek(), name: () => name.peek() };
+  const link = new RobotLink(address, options, state, events.add);
   const { commands } = link;
   effect(() => {
     if (settings.layers.value.map) {
@@ -104,10 +114,12 @@ export function startParts(address: string, version: string, canvas: HTMLCanvasE
   const ages = watchAges(state, link.statistics, scene);
   watchSurroundings(state, () => scene.body);
   keepAwake(state, navigator, document);
+  takeOwnToken(link.wire, state, () => name.peek(), (own) => { keepToken(PLACES, own, "lasting"); commands.authenticate(own); });
   link.start();
   return {
     address, version, state, commands, statistics: link.statistics, scene, settings, driving, hint, steps, arm, camera, photo, alarms,
-    events, lean, ages,
+    events, lean, ages, name, sharing: new Sharing(link.wire),
+    rename: (wanted) => { name.value = wanted; commands.authenticate(takeToken(PLACES)); },
     setLean: (wanted) => { lean.value = wanted; link.setLean(wanted); },
     logIn: (given) => { keepToken(PLACES, given); commands.authenticate(given); },
     logOut: () => { keepToken(PLACES, ""); location.reload(); },

@@ -94,6 +94,8 @@ export const sessionTexts = {
   empty: "Enter the token that the robot's owner gave you.",
   who: (name: string): string => `You are ${name}.`,
   role: (role: string): string => `Role: ${role}`,
+  name: "Your name, as others see it",
+  rename: "Change",
   noTokens: "This robot asks for no tokens: whoever reaches it may do everything.",
   may: "You may",
   nothing: "only watch",
