@@ -20,6 +20,7 @@ import { keepToken, takeToken, type TokenPlaces } from "../session/token";
 import { StepControl } from "../steps/step_control";
 import { alarmTexts } from "../texts/alarms";
 import { bothMotions, loadArm, type LoadedArm } from "./arm_loader";
+import { loadHeadset, type HeadsetPart } from "./headset_loader";
 import { viewHintsFromAbove } from "./hint_view";
 import { watchSurroundings } from "./surroundings";
 import { watchStaleness } from "./stale_picture";
@@ -38,6 +39,8 @@ export interface PageParts {
   readonly steps: StepControl;
   /** What moves the arm, once it has been loaded for a robot that has one. */
   readonly arm: ReadonlySignal<LoadedArm | undefined>;
+  /** The headset, once there is one. */
+  readonly headset: HeadsetPart;
   readonly camera: CameraFeed;
   readonly photo: PhotoControl;
   readonly alarms: Alarms;
@@ -97,11 +100,15 @@ export function startParts(address: string, version: string, canvas: HTMLCanvasE
     (alarm, ended) => { events.add(ended ? "info" : alarm.severity, ended ? alarmTexts.over(alarm.words) : alarm.words); },
     browserAlarmEnvironment(),
   );
+  const headset = loadHeadset(navigator.xr, {
+    immersion: scene.immersion, state, statistics: link.statistics, driving, steps, hint, camera, photo, alarms, arm,
+    theme: settings.theme, now: () => performance.now(), events: events.add,
+  });
   watchStaleness(state, scene.stale);
   watchSurroundings(state, () => scene.body);
   link.start();
   return {
-    address, version, state, commands, statistics: link.statistics, scene, settings, driving, hint, steps, arm, camera, photo, alarms,
+    address, version, state, commands, statistics: link.statistics, scene, settings, driving, hint, steps, arm, camera, photo, alarms, headset,
     events, lean,
     setLean: (wanted) => { lean.value = wanted; link.setLean(wanted); },
     logIn: (given) => { keepToken(PLACES, given); commands.authenticate(given); },

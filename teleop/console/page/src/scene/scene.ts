@@ -10,6 +10,7 @@ import { Detail } from "./detail";
 import type { Bounds } from "./geometry";
 import type { GhostQuality } from "./ghost";
 import { isDoubtful, WAITING_RADIUS, waitingPose, worldBounds, worldFromBase } from "./located";
+import { Immersion } from "./immersion";
 import { placeCamera } from "./orbit";
 import { COLOURS } from "./palette";
 import { floorHit, nearest } from "./picking";
@@ -19,6 +20,7 @@ import { onReducedMotion } from "./reduced_motion";
 import { SmoothPose } from "./smooth_pose";
 import { Stage } from "./stage";
 import { ViewRig } from "./view_rig";
+import { covered } from "./viewport";
 import type { Workshop } from "./workshop";
 import { World } from "./world";
 
@@ -28,15 +30,6 @@ const TURN_PER_PIXEL = 0.006;
 const REST = 250;
 /** How often fading points are drawn anew while nothing else happens [ms]. */
 const FADING = 200;
-
-/** Heights that alarms and controls cover [CSS pixels], and the largest share of the picture that is left to them. */
-const COVERED = { top: 70, bottom: 150, most: 0.45 };
-
-/** Return the shares of a picture of this height [CSS pixels] that are covered. */
-function covered(height: number): { readonly top: number; readonly bottom: number } {
-  const share = Math.min(1 / Math.max(height, 1), COVERED.most / (COVERED.top + COVERED.bottom));
-  return { top: COVERED.top * share, bottom: COVERED.bottom * share };
-}
 
 export class Scene {
   /** Set by whoever knows that what is shown is older than it should be: everything alive turns grey. */
@@ -49,6 +42,8 @@ export class Scene {
   readonly built: Signal<boolean> = signal(false);
   /** For parts that are loaded later and draw into the picture. */
   readonly workshop: Workshop;
+  /** The picture for a headset. */
+  readonly immersion: Immersion;
   readonly #following = signal(true);
   readonly #state: RobotState;
   readonly #settings: SceneSettings;
@@ -97,6 +92,9 @@ export class Scene {
       draw: () => { this.#stage.invalidate(); },
       holdView: (held) => { this.setInteraction(held ? "hint" : "camera"); },
     };
+    this.immersion = new Immersion(this.#stage, this.#world, this.#pose, () => ({
+      located: this.#located, floor: this.#floor(), size: settings.pointSize.peek(), decay: settings.decay.peek(),
+    }));
     this.#watch(model);
   }
 
@@ -142,9 +140,7 @@ export class Scene {
   }
 
   dispose(): void {
-    for (const stop of this.#stops) {
-      stop();
-    }
+    this.#stops.forEach((stop) => { stop(); });
     clearTimeout(this.#timer);
     this.#control.dispose();
     this.#world.dispose();
