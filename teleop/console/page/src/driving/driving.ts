@@ -8,9 +8,9 @@ import { drivingTexts as texts } from "../texts/driving";
 import { blockage, type Blockage, type RobotView } from "./blockage";
 import { joyChannel, velocityChannel, type DriveChannel } from "./drive_channel";
 import { DriveLoop, type Sending } from "./drive_loop";
-import type { SourceName, SourceReading } from "./drive_source";
-import type { DrivingEnvironment } from "./driving_environment";
-import { drivingStatus, type DrivingStatus } from "./driving_status";
+import type { DriveSource, SourceName, SourceReading } from "./drive_source";
+import type { DrivingEnvironment, Joined } from "./driving_environment";
+import { drivingStatus, handsIn, type DrivingStatus } from "./driving_status";
 import { EmergencyStop } from "./emergency_stop";
 import { MappingStore } from "./gamepad_mapping";
 import { GamepadSource } from "./gamepad_source";
@@ -24,10 +24,7 @@ import { StickSource } from "./stick_source";
 import { TurnTaking } from "./turn_taking";
 
 /** Why everything counts as released, and since when by the page's clock [ms]. */
-export interface Stopped {
-  readonly words: string;
-  readonly at: number;
-}
+export interface Stopped { readonly words: string; readonly at: number }
 
 /** Period at which inputs are looked at [ms]; that of the browser's own gamepad polling. */
 const LOOK = 16;
@@ -46,7 +43,6 @@ export class Driving {
   readonly pads: GamepadSource;
   /** Close what is open in front of the page; returns whether there was something, so that Escape does not stop. */
   onEscape: () => boolean = () => false;
-
   /** Steps that the robot drives by itself; they end with everything else. */
   steps: StepMotion | undefined;
 
@@ -60,6 +56,8 @@ export class Driving {
   private readonly undo: (() => void)[] = [];
   private plainChannel: "velocity" | "joy" = "velocity";
   private focused = true;
+  /** Whether a headset is worn: then it does not matter which window has the keys. */
+  private worn = false;
   private checking = false;
   private controlAt = 0;
 
@@ -111,6 +109,16 @@ export class Driving {
     this.confirmed.value = true;
   }
 
+  /** Let a headset drive as well, for as long as it is worn. */
+  join(source: DriveSource): Joined {
+    const leave = this.loop.join(source);
+    this.worn = this.focused = true;
+    return {
+      lose: (loss) => { this.steps?.stop(); this.lose(loss); },
+      leave: () => { this.worn = false; this.focused = this.environment.document.hasFocus(); this.lose("headset-left"); leave(); },
+    };
+  }
+
   /** Stop by a zero at once; whatever is held counts as released. */
   stop(): void {
     this.stopped.value = undefined;
@@ -152,7 +160,7 @@ export class Driving {
     this.undo.push(
       () => { clearInterval(timer); listening.abort(); },
       watchPage(window, document, (loss) => {
-        this.focused = this.focused && loss !== "blurred";
+        this.focused = this.focused && (this.worn || loss !== "blurred");
         this.lose(loss);
       }),
       this.state.control.subscribe(() => { this.controlAt = this.environment.now(); check(); }),
@@ -197,7 +205,7 @@ export class Driving {
     if (this.environment.document.visibilityState === "hidden") {
       this.lose("hidden");
     }
-    this.pads.poll(now);
+    this.loop.poll(now);
     if (this.keysElsewhere.peek()) {
       this.keyboard.release();
     }
@@ -275,13 +283,10 @@ export class Driving {
   }
 
   private own(readings: ReadonlyMap<SourceName, SourceReading>) {
-    const all = [...readings.values()];
     const pads = this.pads.pads.peek();
     return {
       driving: this.loop.driving,
-      held: all.some(({ held, active }) => held && !active),
-      centring: all.some(({ centring }) => centring),
-      noDeadman: all.some(({ noDeadman }) => noDeadman),
+      ...handsIn([...readings.values()]),
       unmapped: pads.length > 0 && !pads.some(({ mapped }) => mapped),
       focused: this.focused,
       elsewhere: this.keysElsewhere.peek(),

@@ -1,7 +1,8 @@
-/** The browser as driving needs it. */
+/** The browser as driving sees it, and what else it is given. */
 
 import type { Signal } from "@preact/signals";
 import type { Gear } from "../operating_data";
+import type { Loss } from "./page_watch";
 
 /** What of the browser driving needs. */
 export interface DrivingEnvironment {
@@ -16,4 +17,11 @@ export interface DrivingEnvironment {
   thumbs?(): boolean;
   /** Where the gear is kept; it begins as normal if not given. */
   readonly gear?: Signal<Gear>;
+}
+
+/** An input that has joined the page's own. */
+export interface Joined {
+  /** Stop everything that this page moves, since the person has lost this input. */
+  lose(loss: Loss): void;
+  leave(): void;
 }

@@ -2,6 +2,7 @@
 
 import { drivingTexts as texts } from "../texts/driving";
 import { blockage, type Blockage, type RobotView } from "./blockage";
+import type { SourceReading } from "./drive_source";
 import { inOurWords, stoppedBy } from "./robot_reasons";
 import { turnsOf } from "./turn_taking";
 
@@ -24,6 +25,15 @@ export interface OwnInput {
   readonly elsewhere: boolean;
   /** Why everything counts as released; undefined if it was not so since the last drive. */
   readonly stopped: string | undefined;
+}
+
+/** Return what of the hands the readings of all inputs show. */
+export function handsIn(readings: readonly SourceReading[]): Pick<OwnInput, "held" | "centring" | "noDeadman"> {
+  return {
+    held: readings.some(({ held, active }) => held && !active),
+    centring: readings.some(({ centring }) => centring),
+    noDeadman: readings.some(({ noDeadman }) => noDeadman),
+  };
 }
 
 export interface DrivingStatus {

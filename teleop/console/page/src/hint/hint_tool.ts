@@ -151,8 +151,8 @@ export class HintTool {
     this.dispatch({ type: "searched", answer: await settled(this.commands.findRobot()) });
   }
 
-  /** Move or turn the ghost, for buttons. */
-  readonly nudge = (event: Extract<HintEvent, { type: "move" | "turn" }>): void => {
+  /** Move or turn the ghost, for buttons; or press and drag on the floor, for what points at it. */
+  readonly nudge = (event: Extract<HintEvent, { type: "move" | "turn" | "press" | "drag" | "release" }>): void => {
     this.dispatch(event);
   };
 

@@ -20,8 +20,10 @@ import { AboutDialog } from "../panels/session/about_dialog";
 import { SessionPanel } from "../panels/session/session_panel";
 import { COLOURS, css, distanceLegend } from "../scene/palette";
 import { pageTexts as texts } from "../texts/page";
+import { xrTexts } from "../texts/xr";
 import { Fold } from "./fold";
 import { Guarded } from "./guarded";
+import type { HeadsetPart } from "./headset_loader";
 import { pageLayout, type Layout } from "./layout";
 import { Notices } from "./notices";
 import type { PageParts } from "./page_parts";
@@ -74,6 +76,7 @@ function Bar({ parts, layout, drawer, onDrawer }: BarProps) {
   return (
     <header class="page-bar">
       <h1>{texts.robot(state.mapInfo.value?.name ?? "")}</h1>
+      <HeadsetButtons headset={parts.headset} />
       <LinkLamp link={parts.statistics} state={state} />
       <HealthLamp state={state} />
       <span class="page-space" />
@@ -89,6 +92,16 @@ function Bar({ parts, layout, drawer, onDrawer }: BarProps) {
       <AboutDialog version={parts.version} open={about.value} onClose={() => { about.value = false; }} keys={texts.keys} />
     </header>
   );
+}
+
+/** Into the headset, or out of it again; nothing where there is none. */
+function HeadsetButtons({ headset: { modes, headset, enter } }: { readonly headset: HeadsetPart }) {
+  const inside = headset.value?.mode.value !== undefined;
+  return inside
+    ? <button type="button" onClick={() => { headset.peek()?.leave(); }}>{xrTexts.leave}</button>
+    : <>{modes.value.map((mode) => (
+      <button type="button" key={mode} aria-label={xrTexts.enter[mode]} onClick={() => { enter(mode); }}>{xrTexts.short[mode]}</button>
+    ))}</>;
 }
 
 /** What the page sends and the robot does, and who drives. */

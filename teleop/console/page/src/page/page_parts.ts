@@ -21,6 +21,7 @@ import { friendlyName, validName } from "../session/person_name";
 import { keepToken, takeToken, type TokenPlaces } from "../session/token";
 import { StepControl } from "../steps/step_control";
 import { bothMotions, loadArm, type LoadedArm } from "./arm_loader";
+import { loadHeadset, type HeadsetPart } from "./headset_loader";
 import { viewHintsFromAbove } from "./hint_view";
 import { keepAwake, rememberedGear, thumbsOnly } from "./hands";
 import { watchSurroundings } from "./surroundings";
@@ -41,6 +42,8 @@ export interface PageParts {
   readonly steps: StepControl;
   /** What moves the arm, once it has been loaded for a robot that has one. */
   readonly arm: ReadonlySignal<LoadedArm | undefined>;
+  /** The headset, once there is one. */
+  readonly headset: HeadsetPart;
   readonly camera: CameraFeed;
   readonly photo: PhotoControl;
   readonly alarms: Alarms;
@@ -112,12 +115,16 @@ export function startParts(address: string, version: string, canvas: HTMLCanvasE
     browserAlarmEnvironment(),
   );
   const ages = watchAges(state, link.statistics, scene);
+  const headset = loadHeadset(navigator.xr, {
+    immersion: scene.immersion, state, statistics: link.statistics, driving, steps, hint, camera, photo, alarms, arm,
+    theme: settings.theme, now: () => performance.now(), events: events.add,
+  });
   watchSurroundings(state, () => scene.body);
   keepAwake(state, navigator, document);
   takeOwnToken(link.wire, state, () => name.peek(), (own) => { keepToken(PLACES, own, "lasting"); commands.authenticate(own); });
   link.start();
   return {
-    address, version, state, commands, statistics: link.statistics, scene, settings, driving, hint, steps, arm, camera, photo, alarms,
+    address, version, state, commands, statistics: link.statistics, scene, settings, driving, hint, steps, arm, camera, photo, alarms, headset,
     events, lean, ages, name, sharing: new Sharing(link.wire),
     rename: (wanted) => { name.value = wanted; commands.authenticate(takeToken(PLACES)); },
     setLean: (wanted) => { lean.value = wanted; link.setLean(wanted); },

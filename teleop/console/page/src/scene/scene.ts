@@ -10,6 +10,7 @@ import { Detail } from "./detail";
 import type { Bounds } from "./geometry";
 import type { GhostQuality } from "./ghost";
 import { isDoubtful, WAITING_RADIUS, waitingPose, worldBounds, worldFromBase } from "./located";
+import { Immersion } from "./immersion";
 import { placeCamera } from "./orbit";
 import { COLOURS } from "./palette";
 import { floorHit, nearest } from "./picking";
@@ -19,8 +20,8 @@ import { onReducedMotion } from "./reduced_motion";
 import { SmoothPose } from "./smooth_pose";
 import { Stage } from "./stage";
 import { ViewRig } from "./view_rig";
-import type { Workshop } from "./workshop";
 import { covered } from "./viewport";
+import type { Workshop } from "./workshop";
 import { World } from "./world";
 
 /** Radians that a pixel of dragging turns the view. */
@@ -43,6 +44,8 @@ export class Scene {
   readonly built: Signal<boolean> = signal(false);
   /** For parts that are loaded later and draw into the picture. */
   readonly workshop: Workshop;
+  /** The picture for a headset. */
+  readonly immersion: Immersion;
   readonly #following = signal(true);
   readonly #state: RobotState;
   readonly #settings: SceneSettings;
@@ -91,6 +94,9 @@ export class Scene {
       draw: () => { this.#stage.invalidate(); },
       holdView: (held) => { this.setInteraction(held ? "hint" : "camera"); },
     };
+    this.immersion = new Immersion(this.#stage, this.#world, this.#pose, () => ({
+      located: this.#located, floor: this.#floor(), size: settings.pointSize.peek(), decay: settings.decay.peek(),
+    }));
     this.#watch(model);
   }
 
@@ -136,9 +142,7 @@ export class Scene {
   }
 
   dispose(): void {
-    for (const stop of this.#stops) {
-      stop();
-    }
+    this.#stops.forEach((stop) => { stop(); });
     clearTimeout(this.#timer);
     this.#control.dispose();
     this.#world.dispose();

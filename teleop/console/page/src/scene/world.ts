@@ -51,6 +51,8 @@ export interface Look {
   readonly size: number;
   /** Of old sweeps [s]. */
   readonly decay: number;
+  /** Distance of the eye from which on the map's points are thinned [m]; undefined: nowhere. */
+  readonly thin?: number;
 }
 
 export class World {
@@ -131,6 +133,12 @@ export class World {
     this.#ghost.show(this.#proposed.pose, floor, this.robot.box, buffer, withCloud ? cloudPose : undefined);
   }
 
+  /** Draw floors, or leave them out, where the floor of the operator's room is seen. */
+  setGround(shown: boolean): void {
+    this.building.setGround(shown);
+    this.map.setPlate(shown);
+  }
+
   look(look: Look, pose: SmoothPose, now: number): void {
     const { viewport, inside, size } = look;
     const { pixelsPerMetre, ratio } = viewport;
@@ -139,7 +147,7 @@ export class World {
     const near = Math.max(inside ? CLEAR.inside : CLEAR.outside, 3 * look.distance);
     const fade: readonly [number, number] = look.located && look.view !== "top" ? [near, 3 * near] : [1e5, 2e5];
     const mapSize = look.view === "top" ? LARGER_FROM_ABOVE * size : size;
-    this.map.setLook({ cut, focus: { x, y }, fade, pixelsPerMetre, size: mapSize, ratio });
+    this.map.setLook({ cut, focus: { x, y }, fade, pixelsPerMetre, size: mapSize, ratio, thin: look.thin });
     const cloudLook = { cut, pixelsPerMetre, size, ratio, now: now / 1000 };
     this.building.setCut(inside ? undefined : look.floor + WALLS, look.floor);
     this.live.placeScan(pose.position, pose.orientation);

@@ -18,6 +18,10 @@ const lost = {
   "silent": "Stopped: the robot said nothing for a second.",
   "taken": "Stopped: somebody else drives now.",
   "not-listening": "Stopped: the robot no longer listened.",
+  "headset-off": "Stopped: the headset was taken off, or shows its own menu.",
+  "headset-left": "Stopped: the headset left the page.",
+  "controller": "Stopped: the controller is not seen, or sleeps.",
+  "recentred": "Stopped: the headset has moved the room's origin.",
 } as const;
 
 /** What to do, for hands at a keyboard, and for thumbs on a screen. */
@@ -48,7 +52,7 @@ export const drivingTexts = {
   nothing: "nothing",
   standstill: "stands still",
   unknown: "unknown",
-  source: { keyboard: "keys", stick: "stick on the screen", gamepad: "gamepad" },
+  source: { keyboard: "keys", stick: "stick on the screen", gamepad: "gamepad", headset: "headset" },
   motion: (forward: number, turn: number) => {
     const ahead = `${Math.round(Math.abs(forward) * 100)} % ${forward < 0 ? "back" : "ahead"}`;
     const around = `${Math.round(Math.abs(turn) * 100)} % ${turn < 0 ? "right" : "left"}`;
