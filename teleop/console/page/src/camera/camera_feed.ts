@@ -31,8 +31,8 @@ export interface FeedParts {
 }
 
 export class CameraFeed {
-  /** Name of the chosen stream; empty: off. */
-  readonly choice: Signal<string>;
+  /** Name of the chosen stream; empty: off; undefined: nobody chose, so that it is the first one. */
+  readonly choice: Signal<string | undefined>;
   /** Whether the picture takes the whole place of the scene. */
   readonly large: Signal<boolean>;
   readonly streams: ReadonlySignal<readonly CameraStream[]>;
@@ -53,14 +53,15 @@ export class CameraFeed {
 
   constructor(state: RobotState, parts: FeedParts) {
     this.#parts = parts;
-    this.choice = remembered("farsteer.camera", "", (kept) => (typeof kept === "string" ? kept : undefined), parts.keeper);
+    this.choice = remembered<string | undefined>("farsteer.camera", undefined, (kept) => (typeof kept === "string" ? kept : undefined), parts.keeper);
     this.large = remembered("farsteer.cameraLarge", false, (kept) => (typeof kept === "boolean" ? kept : undefined), parts.keeper);
     this.picture = this.#shown;
     this.trouble = this.#said;
     this.#visible = signal(parts.document.visibilityState !== "hidden");
     parts.document.addEventListener("visibilitychange", this.#looked);
     this.streams = computed(() => cameraStreams(state.videoSources.value ?? new Map(), parts.page, parts.robot));
-    this.chosen = computed(() => this.streams.value.find(({ name }) => name === this.choice.value));
+    this.chosen = computed(() => this.streams.value.find(({ name, path }) =>
+      this.choice.value === undefined ? path !== undefined : name === this.choice.value));
     const path = computed(() => {
       const open = state.connection.value.phase === "open" && this.#visible.value;
       return open ? this.chosen.value?.path : undefined;

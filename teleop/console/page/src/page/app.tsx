@@ -23,7 +23,9 @@ import { pageTexts as texts } from "../texts/page";
 import { Fold } from "./fold";
 import { Guarded } from "./guarded";
 import { pageLayout, type Layout } from "./layout";
+import { MinimapView } from "./minimap_view";
 import { Notices } from "./notices";
+import { PhoneTools } from "./phone_tools";
 import type { PageParts } from "./page_parts";
 
 interface LaidOut {
@@ -36,24 +38,30 @@ export function App({ parts, canvas }: { readonly parts: PageParts; readonly can
   const layout = useMemo(() => pageLayout(), []).value;
   const { state } = parts;
   const mayDrive = state.session.value?.mayDrive !== false;
+  const cameraLarge = parts.camera.large.value && parts.camera.chosen.value?.path !== undefined;
+  const hinting = hintFirst(parts);
   return (
-    <div class="page" data-layout={layout} data-drawer={drawer.value ? "open" : "closed"}>
+    <div class="page" data-hint={hinting ? "open" : "closed"} data-layout={layout} data-drawer={drawer.value ? "open" : "closed"}>
       <Bar parts={parts} layout={layout} drawer={drawer.value} onDrawer={() => { drawer.value = !drawer.value; }} />
-      <main class="page-scene" aria-label={texts.picture}>
+      <main class="page-scene" aria-label={texts.picture} data-large={cameraLarge ? "camera" : "scene"}>
         <Canvas canvas={canvas} />
+        {cameraLarge && <button type="button" class="page-swap" aria-label={texts.sceneLarge} title={texts.sceneLarge} onClick={() => { parts.camera.large.value = false; }} />}
         <Camera parts={parts} />
         <Guarded name={texts.cameraPicture}><CameraView feed={parts.camera} state={parts.state} link={parts.statistics} /></Guarded>
         <div class="page-top">
           <Guarded name={texts.alarms}><AlarmBar alarms={parts.alarms} /></Guarded>
           <Notices parts={parts} />
-          {layout === "phone" && <DrivingCard parts={parts} />}
+          {layout === "phone" && (hinting
+            ? <Guarded name={texts.hint}><HintPanel tool={parts.hint} state={state} /></Guarded>
+            : <DrivingCard parts={parts} />)}
+          <Guarded name={texts.picture}><MinimapView parts={parts} /></Guarded>
         </div>
         <div class="page-bottom">
           <div class="page-stick">{mayDrive && <StickPad driving={parts.driving} />}</div>
           <div class="page-middle">
             {state.dialect.value !== "plain" && <Guarded name={texts.driving}><SpeedFigure state={state} gear={parts.driving.gear.value} /></Guarded>}
             {mayDrive && <GearSwitch driving={parts.driving} />}
-            {layout === "wide" && <Legend parts={parts} />}
+            {layout === "wide" && !cameraLarge && (hinting || parts.scene.doubtful.value) && <Legend parts={parts} />}
           </div>
           <div class="page-estop"><EstopButton driving={parts.driving} state={parts.state} /></div>
         </div>
@@ -73,11 +81,11 @@ function Bar({ parts, layout, drawer, onDrawer }: BarProps) {
   const { state, scene, settings } = parts;
   return (
     <header class="page-bar">
-      <h1>{texts.robot(state.mapInfo.value?.name ?? "")}</h1>
+      <h1>{texts.map(state.mapInfo.value?.name ?? "")}</h1>
       <LinkLamp link={parts.statistics} state={state} />
       <HealthLamp state={state} />
       <span class="page-space" />
-      {layout !== "phone" && <ViewSwitch view={settings.view} views={viewsOf(state.arm.value)} />}
+      {layout === "phone" ? <PhoneTools parts={parts} /> : <ViewSwitch view={settings.view} views={viewsOf(state.arm.value)} />}
       {!scene.following.value && (
         <button type="button" onClick={() => { scene.recentre(); }}>{texts.follow}</button>
       )}
@@ -101,6 +109,11 @@ function DrivingCard({ parts: { driving, state } }: { readonly parts: PageParts 
   );
 }
 
+/** Whether the place of the robot is what a person has to see to now: then it comes first. */
+function hintFirst({ hint, state }: PageParts): boolean {
+  return hint.view.value.phase === "placing" || state.candidates.value.length > 0;
+}
+
 function Legend({ parts }: { readonly parts: PageParts }) {
   const colours = COLOURS[parts.settings.theme.value];
   const truth = parts.state.truth.value !== undefined;
@@ -115,21 +128,24 @@ function Panels({ parts, layout }: LaidOut) {
   const { state, driving, settings } = parts;
   const refused = state.connection.value.phase === "refused";
   const pads = useSignal(false);
+  const hinting = hintFirst(parts);
+  const hint = <Guarded name={texts.hint}><HintPanel tool={parts.hint} state={state} /></Guarded>;
   return (
     <div class="page-drawer">
       <aside class="page-panels page-left" aria-label={texts.driving}>
+        {hinting && layout !== "phone" && hint}
         {layout !== "phone" && <DrivingCard parts={parts} />}
         {state.arm.value && <ArmSlot parts={parts} />}
         {state.dialect.value === "farsteer" && state.session.value?.mayDrive !== false && (
           <Fold title={texts.steps}><StepsPanel steps={parts.steps} driving={driving} state={state} /></Fold>
         )}
-        <Guarded name={texts.hint}><HintPanel tool={parts.hint} state={state} /></Guarded>
+        {!hinting && hint}
         <Guarded name={texts.place}><LocalizationPanel state={state} /></Guarded>
       </aside>
       <aside class="page-panels page-right" aria-label={texts.information}>
         <Guarded name={texts.cameraPicture}><CameraPanel feed={parts.camera} photo={parts.photo} state={state} /></Guarded>
-        <Guarded name={texts.attitude}><AttitudePanel state={state} /></Guarded>
         <Fold title={texts.folds.link}><LinkPanel link={parts.statistics} state={state} /></Fold>
+        <Fold title={texts.folds.attitude}><AttitudePanel state={state} /></Fold>
         <Fold title={texts.folds.picture}>
           <LayersPanel
             settings={settings}
@@ -138,7 +154,7 @@ function Panels({ parts, layout }: LaidOut) {
             absent={absentLayers(parts)}
             ages={parts.ages}
           />
-          {layout !== "wide" && <Legend parts={parts} />}
+          <Legend parts={parts} />
         </Fold>
         <Fold title={texts.folds.session} open={refused}>
           <SessionPanel state={state} commands={{ authenticate: parts.logIn }} onLogout={parts.logOut} />

@@ -94,6 +94,7 @@ export function startParts(address: string, version: string, canvas: HTMLCanvasE
     }
   });
   viewHintsFromAbove(hint.view, settings.view);
+  effect(() => { camera.large.value = camera.large.peek() && hint.view.value.phase !== "placing"; });
   effect(() => { driving.keysElsewhere.value = hint.view.value.phase === "placing" || arm.value?.arm.chosen.value === true; });
   effect(() => { document.documentElement.dataset["theme"] = settings.theme.value; });
   const alarms = new Alarms(

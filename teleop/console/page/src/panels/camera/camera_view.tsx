@@ -28,7 +28,7 @@ function Picture({ feed, state, link, name }: CameraViewProps & { readonly name:
   const trouble = feed.trouble.value;
   return (
     <figure class="camera-view" data-size={feed.large.value ? "large" : "small"} data-stale={stale}>
-      <div class="camera-frame">
+      <div class="camera-frame" onClick={() => { feed.large.value = true; }}>
         {picture === undefined
           ? <p role="status">{trouble === "" ? texts.waiting : trouble}</p>
           : <img src={picture.url} alt={texts.picture(name)} />}
