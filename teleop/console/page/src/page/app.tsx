@@ -1,6 +1,6 @@
 /** The page: a bar, the picture with what must always be in reach, and the panels beside it. */
 
-import { useSignal } from "@preact/signals";
+import { useSignal, type Signal } from "@preact/signals";
 import { useEffect, useMemo, useRef } from "preact/hooks";
 import { DrivingPanel, EstopButton, GearSwitch, MappingPage, SpeedFigure, StickPad, TurnTaking } from "../panels/driving";
 import { AlarmBar, MuteButton } from "../panels/alarms/alarm_bar";
@@ -34,7 +34,7 @@ interface LaidOut {
 }
 
 export function App({ parts, canvas }: { readonly parts: PageParts; readonly canvas: HTMLCanvasElement }) {
-  const drawer = useSignal(false);
+  const [drawer, about] = [useSignal(false), useSignal(false)];
   const layout = useMemo(() => pageLayout(), []).value;
   const { state } = parts;
   const mayDrive = state.session.value?.mayDrive !== false;
@@ -42,7 +42,7 @@ export function App({ parts, canvas }: { readonly parts: PageParts; readonly can
   const hinting = hintFirst(parts);
   return (
     <div class="page" data-hint={hinting ? "open" : "closed"} data-layout={layout} data-drawer={drawer.value ? "open" : "closed"}>
-      <Bar parts={parts} layout={layout} drawer={drawer.value} onDrawer={() => { drawer.value = !drawer.value; }} />
+      <Bar parts={parts} layout={layout} about={about} drawer={drawer.value} onDrawer={() => { drawer.value = !drawer.value; }} />
       <main class="page-scene" aria-label={texts.picture} data-large={cameraLarge ? "camera" : "scene"}>
         <Canvas canvas={canvas} />
         {cameraLarge && <button type="button" class="page-swap" aria-label={texts.sceneLarge} title={texts.sceneLarge} onClick={() => { parts.camera.large.value = false; }} />}
@@ -66,18 +66,18 @@ export function App({ parts, canvas }: { readonly parts: PageParts; readonly can
           <div class="page-estop"><EstopButton driving={parts.driving} state={parts.state} /></div>
         </div>
       </main>
-      <Panels parts={parts} layout={layout} />
+      <Panels parts={parts} layout={layout} about={about} />
     </div>
   );
 }
 
 interface BarProps extends LaidOut {
+  readonly about: Signal<boolean>;
   readonly drawer: boolean;
   readonly onDrawer: () => void;
 }
 
-function Bar({ parts, layout, drawer, onDrawer }: BarProps) {
-  const about = useSignal(false);
+function Bar({ parts, layout, about, drawer, onDrawer }: BarProps) {
   const { state, scene, settings } = parts;
   return (
     <header class="page-bar">
@@ -90,7 +90,7 @@ function Bar({ parts, layout, drawer, onDrawer }: BarProps) {
         <button type="button" onClick={() => { scene.recentre(); }}>{texts.follow}</button>
       )}
       <MuteButton alarms={parts.alarms} />
-      <button type="button" onClick={() => { about.value = true; }}>{texts.about}</button>
+      {layout !== "phone" && <button type="button" onClick={() => { about.value = true; }}>{texts.about}</button>}
       <button type="button" class="page-drawer-button" aria-expanded={drawer} onClick={onDrawer}>
         {drawer ? texts.hidePanels : texts.panels}
       </button>
@@ -124,7 +124,7 @@ function Legend({ parts }: { readonly parts: PageParts }) {
   return <LegendPanel entries={distanceLegend(parts.settings.theme.value)} marks={marks} />;
 }
 
-function Panels({ parts, layout }: LaidOut) {
+function Panels({ parts, layout, about }: LaidOut & { readonly about: Signal<boolean> }) {
   const { state, driving, settings } = parts;
   const refused = state.connection.value.phase === "refused";
   const pads = useSignal(false);
@@ -160,6 +160,7 @@ function Panels({ parts, layout }: LaidOut) {
           <SessionPanel state={state} commands={{ authenticate: parts.logIn }} onLogout={parts.logOut} />
         </Fold>
         <button type="button" class="page-tool" onClick={() => { pads.value = true; }}>{texts.gamepads}</button>
+        {layout === "phone" && <button type="button" class="page-tool" onClick={() => { about.value = true; }}>{texts.about}</button>}
         <Dialog title={texts.gamepads} open={pads.value} onClose={() => { pads.value = false; }}>
           <MappingPage driving={driving} secure={window.isSecureContext} onClose={() => { pads.value = false; }} />
         </Dialog>

@@ -16,11 +16,13 @@ export function PhoneTools({ parts }: { readonly parts: PageParts }) {
   return (
     <>
       <button type="button" onClick={() => { nextView(parts); }}>
-        {layerTexts.view}: {layerTexts.views[shownView(settings.view.value, state.arm.value)]}
+        <span class="panel-spoken">{layerTexts.view}: </span>{layerTexts.views[shownView(settings.view.value, state.arm.value)]}
       </button>
       {mayHint && <button type="button" aria-label={hintTexts.begin} onClick={() => { hint.begin(); }}>{texts.where}</button>}
       {screen !== undefined && (
-        <button type="button" aria-pressed={screen.on.value} aria-label={texts.fullScreen} onClick={() => { screen.toggle(); }}>⛶</button>
+        <button type="button" aria-pressed={screen.on.value} aria-label={texts.fullScreen} onClick={() => { screen.toggle(); }}>
+          <svg class="page-icon" viewBox="0 0 20 20" aria-hidden="true"><path d="M2 7V2H7M13 2H18V7M18 13V18H13M7 18H2V13" /></svg>
+        </button>
       )}
     </>
   );

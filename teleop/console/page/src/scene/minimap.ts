@@ -50,6 +50,22 @@ export function scaleBar(scale: number, size: number): number {
   return power * ([5, 2, 1].find((step) => step * power <= most) ?? 1);
 }
 
+/** Words with the middle of their line in a square, and their width [px]. */
+export interface Words {
+  readonly name: string;
+  readonly at: readonly [number, number];
+  readonly width: number;
+}
+
+/** Return the words that lie wholly in a square of this size [px], none over another; those nearest to its middle first. */
+export function apart(words: readonly Words[], size: number): readonly Words[] {
+  const near = ({ at: [x, y] }: Words): number => Math.hypot(x - size / 2, y - size / 2);
+  const inside = words.filter(({ at: [x, y], width }) => x > width / 2 && x < size - width / 2 && y > LETTERS && y < size);
+  return inside.sort((a, b) => near(a) - near(b)).reduce<readonly Words[]>((kept, one) =>
+    kept.some(({ at: [x, y], width }) => Math.abs(x - one.at[0]) < (width + one.width) / 2 && Math.abs(y - one.at[1]) < 1.2 * LETTERS)
+      ? kept : [...kept, one], []);
+}
+
 /** Draw all of it into a square of this size [px of the page]. */
 export function drawMinimap(pen: CanvasRenderingContext2D, content: MinimapContent, size: number, whole: boolean): void {
   const { plan, robot, points, places, colours } = content;
@@ -71,9 +87,10 @@ export function drawMinimap(pen: CanvasRenderingContext2D, content: MinimapConte
     }
   }
   write(pen, colours);
-  for (const { name, pose } of places) {
-    pen.textAlign = "center";
-    letters(pen, name, ...at(pose.position.x, pose.position.y));
+  pen.textAlign = "center";
+  const rooms = places.map(({ name, pose }) => ({ name, at: at(pose.position.x, pose.position.y), width: pen.measureText(name).width }));
+  for (const { name, at: [x, y] } of apart(rooms, size)) {
+    letters(pen, name, x, y);
   }
   if (robot !== undefined) {
     drawRobot(pen, at(robot.position.x, robot.position.y), view.scale, content, headingOf(robot.orientation));
