@@ -38,7 +38,7 @@ export function App({ parts, canvas }: { readonly parts: PageParts; readonly can
   const layout = useMemo(() => pageLayout(), []).value;
   const { state } = parts;
   const mayDrive = state.session.value?.mayDrive !== false;
-  const cameraLarge = parts.camera.large.value && parts.camera.chosen.value?.path !== undefined;
+  const cameraLarge = parts.camera.large.value && parts.camera.chosen.value?.path !== undefined && parts.camera.pace.value !== "off";
   const hinting = hintFirst(parts);
   return (
     <div class="page" data-hint={hinting ? "open" : "closed"} data-layout={layout} data-drawer={drawer.value ? "open" : "closed"}>

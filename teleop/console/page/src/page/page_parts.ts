@@ -82,7 +82,7 @@ export function startParts(address: string, version: string, canvas: HTMLCanvasE
   const robot = httpAddress(address);
   const camera = new CameraFeed(state, {
     fetch: (url, init) => fetch(url, init), now: () => performance.now(), document, keeper: browserKeeper(),
-    page: location.href, robot, token: () => takeToken(PLACES),
+    page: location.href, robot, token: () => takeToken(PLACES), lateness: () => link.statistics.peek().pageLag,
   });
   const photo = new PhotoControl(commands, robot);
   driving.onEscape = () => closeTopDialog() || hint.escape();
