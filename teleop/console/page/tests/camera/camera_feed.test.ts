@@ -93,16 +93,17 @@ it("is closed while the tab is hidden or the robot away, and comes back", async 
 });
 
 it("says why there is no picture, and asks again", async () => {
+  feed.choice.value = "";
   status = 503;
   feed.choice.value = "p3at";
   await settled();
   expect(feed.trouble.value).toBe("No picture: no more than 10 viewers");
   status = 200;
   await vi.advanceTimersByTimeAsync(REOPEN);
-  streams[1]?.show(1);
+  streams[2]?.show(1);
   await settled();
   expect(feed.trouble.value).toBe("");
-  streams[1]?.controller?.close();
+  streams[2]?.controller?.close();
   await settled();
   expect(feed.trouble.value).toContain("ended the stream");
 });
