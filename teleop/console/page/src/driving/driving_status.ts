@@ -124,7 +124,6 @@ function blockageWords(blocked: Blockage, view: RobotView): Words {
   const { control, session, connection } = view;
   switch (blocked) {
     case "connecting":
-    case "lost":
     case "refusedConnection": {
       const [words, remedy] = texts.status[blocked];
       return connection.words === "" ? [words, remedy] : [words, connection.words];

@@ -95,7 +95,7 @@ export function startParts(address: string, version: string, canvas: HTMLCanvasE
   const robot = httpAddress(address);
   const camera = new CameraFeed(state, {
     fetch: (url, init) => fetch(url, init), now: () => performance.now(), document, keeper: browserKeeper(),
-    page: location.href, robot, token: () => takeToken(PLACES),
+    page: location.href, robot, token: () => takeToken(PLACES), lateness: () => link.statistics.peek().pageLag,
   });
   const photo = new PhotoControl(commands, robot);
   driving.onEscape = () => closeTopDialog() || hint.escape();
@@ -107,6 +107,7 @@ export function startParts(address: string, version: string, canvas: HTMLCanvasE
     }
   });
   viewHintsFromAbove(hint.view, settings.view);
+  effect(() => { camera.large.value = camera.large.peek() && hint.view.value.phase !== "placing"; });
   effect(() => { driving.keysElsewhere.value = hint.view.value.phase === "placing" || arm.value?.arm.chosen.value === true; });
   effect(() => { document.documentElement.dataset["theme"] = settings.theme.value; });
   const alarms = new Alarms(

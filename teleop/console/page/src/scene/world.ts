@@ -11,6 +11,7 @@ import { LivePoints } from "./live_points";
 import { MapLayer } from "./map_layer";
 import { NearestArc } from "./nearest_arc";
 import type { SceneColours } from "./palette";
+import { PlaceNames } from "./place_names";
 import { RobotLayer } from "./robot_layer";
 import type { Layers, View } from "./settings";
 import type { SmoothPose } from "./smooth_pose";
@@ -65,6 +66,7 @@ export class World {
   readonly nearest = new NearestArc();
   readonly hypotheses = new Hypotheses();
   readonly waiting = new NotLocatedRing();
+  readonly names = new PlaceNames();
   readonly #ghost = new Ghost(this.live.cloud);
   #proposed: { readonly pose: PlanarPose; readonly quality: GhostQuality } | undefined;
   #paint: Paint | undefined;
@@ -74,6 +76,7 @@ export class World {
     this.map = new MapLayer(changed);
     const layers = [
       this.grid, this.map, this.building, this.live, this.robot, this.hypotheses, this.#ghost, this.waiting,
+      this.names,
     ];
     this.object.add(...layers.map((layer) => layer.object));
     this.robot.body.add(this.nearest.line.object);
@@ -106,6 +109,7 @@ export class World {
     this.map.object.visible = layers.map || (layers.building && !this.building.isKnown);
     this.grid.object.visible = layers.grid;
     this.hypotheses.object.visible = layers.hypotheses;
+    this.names.object.visible = layers.names;
     this.live.show(layers.cloud && withCloud, layers.cloud && !withCloud, layers.oldSweeps && has.place);
     this.robot.show({ ...layers, covariance: layers.covariance && outside }, outside && has.truth);
   }
@@ -155,6 +159,7 @@ export class World {
     this.grid.setMetres(this.bounds === undefined, x, y, look.floor);
     this.robot.setPose(pose.known ? pose.value() : undefined);
     this.robot.setBodyVisible(!inside);
+    this.names.look(look.view, x, y, viewport);
     this.#ghost.setViewport(viewport, cloudLook);
     for (const layer of [this.robot, this.hypotheses, this.waiting]) {
       layer.setViewport(viewport);
@@ -163,7 +168,7 @@ export class World {
 
   dispose(): void {
     this.hypotheses.clear();
-    for (const part of [this.map, this.building, this.grid, this.live, this.robot, this.#ghost, this.waiting, this.nearest.line]) {
+    for (const part of [this.map, this.building, this.grid, this.live, this.robot, this.#ghost, this.waiting, this.nearest.line, this.names]) {
       part.dispose();
     }
   }

@@ -130,6 +130,8 @@ export const layerTexts = {
     path: "Path",
     covariance: "Uncertainty of the pose",
     hypotheses: "Places in question",
+    names: "Names of places",
+    minimap: "Small map",
     truth: "True pose (simulation)",
     grid: "Grid of metres",
   },

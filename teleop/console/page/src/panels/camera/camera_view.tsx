@@ -17,7 +17,16 @@ interface CameraViewProps {
 /** The picture of the chosen stream; nothing if there is none. */
 export function CameraView(props: CameraViewProps) {
   const chosen = props.feed.chosen.value;
-  return chosen?.path === undefined ? null : <Picture {...props} name={chosen.name} />;
+  if (chosen?.path === undefined) {
+    return null;
+  }
+  return props.feed.pace.value === "off"
+    ? (
+      <p class="camera-view camera-off" data-size="small" role="status">
+        {texts.given} <button type="button" onClick={() => { props.feed.showAllTheSame(); }}>{texts.allTheSame}</button>
+      </p>
+    )
+    : <Picture {...props} name={chosen.name} />;
 }
 
 function Picture({ feed, state, link, name }: CameraViewProps & { readonly name: string }) {
@@ -28,14 +37,14 @@ function Picture({ feed, state, link, name }: CameraViewProps & { readonly name:
   const trouble = feed.trouble.value;
   return (
     <figure class="camera-view" data-size={feed.large.value ? "large" : "small"} data-stale={stale}>
-      <div class="camera-frame">
+      <div class="camera-frame" onClick={() => { feed.large.value = true; }}>
         {picture === undefined
           ? <p role="status">{trouble === "" ? texts.waiting : trouble}</p>
           : <img src={picture.url} alt={texts.picture(name)} />}
       </div>
       <figcaption>
         <span class="camera-name">{name}</span>
-        <span class="camera-age">{age !== undefined && texts.age(linkPanelTexts.ageWords(age.age), age.lowerBound)}</span>
+        <span class="camera-age">{age !== undefined && texts.age(linkPanelTexts.ageWords(age.age), age.lowerBound)}{feed.pace.value === "slow" && ` · ${texts.few}`}</span>
         <button type="button" aria-pressed={feed.large.value} onClick={() => { feed.large.value = !feed.large.value; }}>
           {feed.large.value ? texts.shrink : texts.enlarge}
         </button>
