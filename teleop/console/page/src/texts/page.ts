@@ -7,7 +7,7 @@ export const pageTexts = {
   map: (name: string): string => (name === "" ? "Farsteer console" : `Map: ${name}`),
   about: "About",
   panels: "Panels",
-  hidePanels: "Close panels",
+  hidePanels: "Close",
   driving: "Driving",
   turns: "Who drives",
   place: "Localisation",
