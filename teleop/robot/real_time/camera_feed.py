@@ -7,7 +7,7 @@ from collections.abc import Callable
 from typing import Final
 
 from localization.types import SECOND
-from robot_sim import TICK_NS, Simulation
+from robot_sim import Simulation
 from teleop.robot.cameras.frame_schedule import frame_due
 from teleop.robot.real_time.channel import ChannelClosedError
 from teleop.robot.real_time.child_process import ChildProcess
@@ -15,8 +15,8 @@ from teleop.robot.real_time.process_messages import NEXT_STATE, OTHER, STATE, En
 
 _LOG: Final = logging.getLogger(__name__)
 
-_LATE: Final = 2 * TICK_NS
-"""Time between two ticks from which on they have suffered, so that the camera stands back [ns]."""
+_LATE: Final = SECOND // 10
+"""Time between two ticks from which on some are lost, so that the camera stands back [ns]."""
 
 _REST: Final = SECOND // 5
 """Time without a frame after such a tick: five frames a second; doubled each time that it was not enough [ns]."""
@@ -54,8 +54,8 @@ class CameraFeed:
     def ticked(self, now: int, gap: int = 0) -> None:
         """Hand the state over if a frame is due and asked for; start a process that has ended again.
 
-        Where ticks come late fewer frames are drawn, five a second and then none for up to five seconds: whoever
-        watches sees the age of the last one.
+        Where ticks come late fewer frames are drawn, five a second and then none for up to five seconds; the
+        last one has its age.
 
         Args:
             now: Reading of the monotonic clock [ns].
