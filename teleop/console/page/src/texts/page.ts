@@ -21,7 +21,7 @@ export const pageTexts = {
   fullScreen: "Full screen",
   minimap: (whole: boolean): string => (whole ? "Small map: show the robot's surroundings" : "Small map: show all of it"),
   sceneLarge: "Enlarge the scene",
-  folds: { link: "Link", attitude: "Attitude", events: "Events", picture: "Picture", session: "Session" },
+  folds: { gamepads: "Gamepads", link: "Link", attitude: "Attitude", events: "Events", picture: "Picture", session: "Session" },
   connecting: (address: string): string => `Connecting to ${address} …`,
   loading: (share: number): string => `Loading the map: ${Math.round(100 * share)} %`,
   path: "path driven",
