@@ -44,7 +44,7 @@ class HeldRobot:
         poses = (*recent, (now, pose))
         first, before = poses[0]
         seconds = (now - first) / SECOND
-        if 2 * (now - first) < _WINDOW:  # too short a time to tell
+        if 2 * (now - first) < _WINDOW:  # too short a time for a speed
             return replace(self, poses=poses)
         way = math.dist(pose.position[:2], before.position[:2]) / seconds
         turned = wrap_angle(pose.yaw - before.yaw) / seconds

@@ -151,7 +151,7 @@ class ControlProcess:
         self._publish(payload)
         self._send_to_estimator(payload)
         if self.camera is not None:
-            self.camera.ticked(now)
+            self.camera.ticked(now, pacing.gap)
         return record
 
     def end(self) -> None:

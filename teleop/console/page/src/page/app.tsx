@@ -183,7 +183,7 @@ function Panels({ parts, layout, about }: LaidOut & { readonly about: Signal<boo
         </Fold>
         <button type="button" class="page-tool" onClick={() => { pads.value = true; }}>{texts.gamepads}</button>
         {layout === "phone" && <button type="button" class="page-tool" onClick={() => { about.value = true; }}>{texts.about}</button>}
-        <Dialog title={texts.gamepads} open={pads.value} onClose={() => { pads.value = false; }}>
+        <Dialog title={texts.folds.gamepads} open={pads.value} onClose={() => { pads.value = false; }}>
           <MappingPage driving={driving} secure={window.isSecureContext} onClose={() => { pads.value = false; }} />
         </Dialog>
         <Fold title={texts.folds.events} open><EventList log={parts.events} /></Fold>

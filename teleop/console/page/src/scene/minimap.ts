@@ -1,5 +1,6 @@
 /** The small map in a corner: the robot in the middle, north up, with rings, a scale bar and names of places. */
 
+import { withoutOverlap, type Words } from "./labels";
 import { css, type SceneColours } from "./palette";
 import { headingOf } from "./geometry";
 import type { PlanImage } from "./plan_image";
@@ -50,20 +51,11 @@ export function scaleBar(scale: number, size: number): number {
   return power * ([5, 2, 1].find((step) => step * power <= most) ?? 1);
 }
 
-/** Words with the middle of their line in a square, and their width [px]. */
-export interface Words {
-  readonly name: string;
-  readonly at: readonly [number, number];
-  readonly width: number;
-}
-
 /** Return the words that lie wholly in a square of this size [px], none over another; those nearest to its middle first. */
-export function apart(words: readonly Words[], size: number): readonly Words[] {
+export function apart<T extends Words>(words: readonly T[], size: number): readonly T[] {
   const near = ({ at: [x, y] }: Words): number => Math.hypot(x - size / 2, y - size / 2);
   const inside = words.filter(({ at: [x, y], width }) => x > width / 2 && x < size - width / 2 && y > LETTERS && y < size);
-  return inside.sort((a, b) => near(a) - near(b)).reduce<readonly Words[]>((kept, one) =>
-    kept.some(({ at: [x, y], width }) => Math.abs(x - one.at[0]) < (width + one.width) / 2 && Math.abs(y - one.at[1]) < 1.2 * LETTERS)
-      ? kept : [...kept, one], []);
+  return withoutOverlap(inside.sort((a, b) => near(a) - near(b)), 1.2 * LETTERS);
 }
 
 /** Draw all of it into a square of this size [px of the page]. */

@@ -5,7 +5,7 @@ export const cameraTexts = {
   stream: "Stream",
   off: "off",
   picture: (name: string): string => `Camera: ${name}`,
-  waiting: "Waiting for a picture",
+  waiting: "Waiting for a picture; a busy robot draws few.",
   age: (words: string, lowerBound: boolean): string => `${lowerBound ? "at least " : ""}${words} old`,
   few: "five a second: this browser is slow",
   given: "Camera off: this browser is too slow for it.",
