@@ -57,6 +57,10 @@ def run(channel: Channel) -> None:
             ended = len(records) + len(asked) < len(payloads)
             previews.update((request.client, request) for request in asked)
             for record in newest_hints(records):
+                if recording is not None:
+                    recording.calls(record.inbox, record.stamp)
+                if record.paused:
+                    continue
                 estimated = estimation.take(record)
                 channel.send(pack(ESTIMATED, estimated))
                 if recording is not None:

@@ -25,6 +25,7 @@ import { Guarded } from "./guarded";
 import { pageLayout, type Layout } from "./layout";
 import { Notices } from "./notices";
 import type { PageParts } from "./page_parts";
+import { PlaygroundSlot } from "./playground_slot";
 
 interface LaidOut {
   readonly parts: PageParts;
@@ -123,6 +124,7 @@ function Panels({ parts, layout }: LaidOut) {
         {state.dialect.value === "farsteer" && state.session.value?.mayDrive !== false && (
           <Fold title={texts.steps}><StepsPanel steps={parts.steps} driving={driving} state={state} /></Fold>
         )}
+        {state.session.value?.mayPlay === true && <PlaygroundSlot parts={parts} />}
         <Guarded name={texts.hint}><HintPanel tool={parts.hint} state={state} /></Guarded>
         <Guarded name={texts.place}><LocalizationPanel state={state} /></Guarded>
       </aside>
