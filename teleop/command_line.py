@@ -11,7 +11,13 @@ from localization.cli.calibrate import Calibrate
 from localization.cli.localize import Localize
 from localization.cli.surfaces import Surfaces
 from localization.cli.terminal import fitted
-from teleop.bridges.commands import KafkaBridge, KafkaRest, ServoBridge
+from teleop.bridges.commands import (
+    KafkaBridge,
+    KafkaRest,
+    MotionPlatform,
+    MotionReceiver,
+    ServoBridge,
+)
 from teleop.console.commands import Console, Tokens
 from teleop.operator.commands import Operate
 from teleop.robot.arm_command import Arm
@@ -43,6 +49,8 @@ COMMANDS: Final = {
     "arm": Arm,
     "servo-bridge": ServoBridge,
     "servo-board": ServoBoardCommand,
+    "motion-platform": MotionPlatform,
+    "motion-receiver": MotionReceiver,
     "validate": Validate,
     "scenario": Scenarios,
     "sweep": Sweep,
@@ -69,6 +77,8 @@ Command: TypeAlias = (
     | Annotated[Arm, tyro.conf.subcommand("arm")]
     | Annotated[ServoBridge, tyro.conf.subcommand("servo-bridge")]
     | Annotated[ServoBoardCommand, tyro.conf.subcommand("servo-board")]
+    | Annotated[MotionPlatform, tyro.conf.subcommand("motion-platform")]
+    | Annotated[MotionReceiver, tyro.conf.subcommand("motion-receiver")]
     | Annotated[Validate, tyro.conf.subcommand("validate")]
     | Annotated[Scenarios, tyro.conf.subcommand("scenario")]
     | Annotated[Sweep, tyro.conf.subcommand("sweep")]
@@ -124,6 +134,8 @@ examples:
                                      drive a robot by step commands of a topic
   farsteer servo-bridge ws://host:9090 --port /dev/ttyUSB0
                                      an Arduino's servos do what its arm does
+  farsteer motion-platform ws://host:9090 --udp chair:9095
+                                     a chair on six legs tilts as the robot does
   farsteer scenario run office-visit --client "npm run e2e"
                                      judge a client of your own; see report.html
   farsteer sweep office-visit --over link.delay=0:0.4:0.1 --stale on

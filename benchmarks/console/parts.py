@@ -1,6 +1,6 @@
 """The console page in Debian's Chromium: opening, frames, clouds, stick, memory, bandwidth, and losing it.
 
-Parts by name: opening frames cloud stick memory bandwidth clients hint losing; the last is also to be had in chunks,
+Parts by name: opening frames cloud stick memory bandwidth clients hint xr losing; the last is also to be had in chunks,
 losing-1 to losing-8. ``--minutes N`` is how long is driven for ``memory`` (5; the goal is of 30), ``--trials N`` how
 often it is lost for ``losing`` (200 in all chunks). All is on loopback and
 in real time, so other work on the machine shows. Without a graphics card Chromium draws on the processor, in a process of
@@ -18,6 +18,7 @@ from benchmarks.common.figures import Figure
 from benchmarks.common.sheet import measure
 from benchmarks.console.cloud import cloud
 from benchmarks.console.frames import frames
+from benchmarks.console.headset import xr
 from benchmarks.console.hint import hint
 from benchmarks.console.losing import CHUNKS, TRIALS, losing
 from benchmarks.console.opening import opening
@@ -35,6 +36,7 @@ PARTS: dict[str, Callable[..., Iterator[Figure]]] = {
     "bandwidth": bandwidth,
     "clients": clients,
     "hint": hint,
+    "xr": xr,
     **{f"losing-{i + 1}": partial(losing, i) for i in range(CHUNKS)},
 }
 LOSING = "losing"

@@ -211,9 +211,16 @@ def _latched(
     cloud: Cloud, simulation: Simulation, camera: CameraModel | None
 ) -> Mapping[Interface, Message]:
     """Return what is published once, with an identity of this run."""
-    robot, run_id = simulation.world.robot, secrets.token_hex(8)
-    arm = ArmFit.of(simulation.world)
-    return latched_messages(cloud, robot, simulation.mounts, run_id, camera=camera, arm=arm)
+    world, run_id = simulation.world, secrets.token_hex(8)
+    return latched_messages(
+        cloud,
+        world.robot,
+        simulation.mounts,
+        run_id,
+        places=world.places,
+        camera=camera,
+        arm=ArmFit.of(world),
+    )
 
 
 def _start_camera(world: World, config: ServeConfig) -> CameraStart | None:

@@ -7,7 +7,7 @@ import { folders } from "./lint/folders.js";
 const FLOORS = {
   "": [
     "page",
-    "panels",
+    "panels | xr",
     "alarms | arm | camera | hint | steps",
     "driving | link | scene | session",
     "robot | texts",

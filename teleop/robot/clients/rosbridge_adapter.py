@@ -160,7 +160,10 @@ class RosbridgeAdapter(Observer):
         """Advertise topics that are not hidden; return each with what the server knows of it."""
         advertise = self.server.protocol.topics.advertise
         return [
-            (output, advertise(output.name, output.type, latch=output.latch))
+            (
+                output,
+                advertise(output.name, output.type, latch=output.latch, newest=not output.latch),
+            )
             for output in outputs
             if output.name not in hidden
         ]

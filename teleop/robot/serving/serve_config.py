@@ -69,8 +69,9 @@ class ServeConfig:
     """Age of commands above which the robot drives slower [s]; 0 switches it off, to study delay."""
     max_age: float = 1.0
     """Age of commands above which they are refused, and the robot stops [s]; 0 switches it off."""
-    link: Annotated[tuple[str, ...], tyro.conf.arg(metavar="NAME=NUMBER ...")] = ()
-    """Emulate a slow link: delay, jitter, growth, rate, stall and period, blackout and at, seed; up.delay=0.3 is one way."""
+    link: Annotated[tuple[str, ...], tyro.conf.arg(metavar="NAME[=NUMBER] ...")] = ()
+    """Emulate a slow link: lan, wifi-roaming, lte, starlink or geo; delay, jitter, growth, rate, stall and period, blackout
+    and at, seed, up.delay=0.3 one way; trips=FILE.csv replays recorded round trips."""
     video_port: int | None = None
     """Serve the camera's streams on this port too, as web_video_server does on 8080; 0 takes a free one."""
     webrtc: bool = False

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping
+from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, Final
 
 from localization.maps.cloud import Cloud
@@ -187,7 +188,9 @@ TF_STATIC = Interface(
     "poses of scanners, camera and arm on `base_link`; latched",
 )
 MAP_INFO = Interface(
-    "/map_info", "farsteer_msgs/msg/MapInfo", "name, bounds and SHA-256 of the map; latched"
+    "/map_info",
+    "farsteer_msgs/msg/MapInfo",
+    "name, bounds, SHA-256 and named places of the map; latched",
 )
 
 ROBOT_DESCRIPTION = Interface(
@@ -405,6 +408,7 @@ def latched_messages(
     mounts: Mounts,
     run_id: str = "",
     *,
+    places: Mapping[str, Pose] = MappingProxyType({}),
     camera: CameraModel | None = None,
     arm: ArmFit | None = None,
 ) -> Mapping[Interface, Message]:
@@ -415,6 +419,7 @@ def latched_messages(
         robot: Its parameters.
         mounts: ``base_from_sensor`` of each sensor.
         run_id: Identity of this run of the robot.
+        places: Named places of the map.
         camera: The camera that it carries, if any.
         arm: The arm that it carries, if any.
     """
@@ -424,7 +429,7 @@ def latched_messages(
         frames = {**frames, "arm_base": arm.base_from_arm_base}
     return {
         TF_STATIC: estimate.tf_static(frames),
-        MAP_INFO: estimate.map_info(cloud, run_id),
+        MAP_INFO: estimate.map_info(cloud, run_id, places),
         ROBOT_DESCRIPTION: {"data": _description(robot, mounts, place, arm)},
         **({} if arm is None else _arm_info(arm)),
     }

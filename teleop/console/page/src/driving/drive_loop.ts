@@ -23,7 +23,13 @@ export class DriveLoop {
   private readonly arming = new ArmingWatch();
   private source: SourceName | undefined;
 
-  constructor(private readonly sources: readonly DriveSource[]) {}
+  constructor(private readonly sources: DriveSource[]) {}
+
+  /** Let one more input drive; returns what takes it away. */
+  join(source: DriveSource): () => void {
+    this.sources.push(source);
+    return () => { this.sources.splice(this.sources.indexOf(source), 1); };
+  }
 
   /** Whether the deadman is held as far as the robot knows. */
   get driving(): boolean {
@@ -33,6 +39,12 @@ export class DriveLoop {
   get sending(): Sending | undefined {
     const { sent } = this.stream;
     return sent && this.source && { ...sent, source: this.source };
+  }
+
+  poll(now: number): void {
+    for (const source of this.sources) {
+      source.poll?.(now);
+    }
   }
 
   read(): ReadonlyMap<SourceName, SourceReading> {

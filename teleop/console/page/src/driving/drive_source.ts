@@ -1,6 +1,6 @@
-/** What the inputs of the driver have in common: keyboard, on-screen stick and gamepad. */
+/** What the inputs of the driver have in common: keyboard, on-screen stick, gamepad and headset. */
 
-export type SourceName = "keyboard" | "stick" | "gamepad";
+export type SourceName = "keyboard" | "stick" | "gamepad" | "headset";
 
 /** What an input asks for at one moment. */
 export interface SourceReading {
@@ -22,6 +22,8 @@ export interface SourceReading {
 
 export interface DriveSource {
   readonly name: SourceName;
+  /** Look at what reports nothing by itself, before it is read. */
+  poll?(now: number): void;
   read(): SourceReading;
   /** Count everything as released until the person lets go of it and presses it again. */
   release(): void;

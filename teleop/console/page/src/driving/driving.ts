@@ -8,8 +8,9 @@ import { drivingTexts as texts } from "../texts/driving";
 import { blockage, type Blockage, type RobotView } from "./blockage";
 import { joyChannel, velocityChannel, type DriveChannel } from "./drive_channel";
 import { DriveLoop, type Sending } from "./drive_loop";
-import type { SourceName, SourceReading } from "./drive_source";
-import { drivingStatus, type DrivingStatus } from "./driving_status";
+import type { DriveSource, SourceName, SourceReading } from "./drive_source";
+import type { DrivingEnvironment, Joined } from "./driving_environment";
+import { drivingStatus, handsIn, type DrivingStatus } from "./driving_status";
 import { EmergencyStop } from "./emergency_stop";
 import { MappingStore } from "./gamepad_mapping";
 import { GamepadSource } from "./gamepad_source";
@@ -22,28 +23,14 @@ import type { StepMotion } from "./step_motion";
 import { StickSource } from "./stick_source";
 import { TurnTaking } from "./turn_taking";
 
-/** What of the browser driving needs. */
-export interface DrivingEnvironment {
-  readonly window: Window;
-  readonly document: Document;
-  readonly navigator: Navigator;
-  /** Monotonic time [ms], as `performance.now()`. */
-  now(): number;
-  /** Time of the day [ms], as `Date.now()`, which goes on while the computer sleeps; that one if not given. */
-  wallNow?(): number;
-}
-
 /** Why everything counts as released, and since when by the page's clock [ms]. */
-export interface Stopped {
-  readonly words: string;
-  readonly at: number;
-}
+export interface Stopped { readonly words: string; readonly at: number }
 
 /** Period at which inputs are looked at [ms]; that of the browser's own gamepad polling. */
 const LOOK = 16;
 
 export class Driving {
-  readonly gear = signal<Gear>("normal");
+  readonly gear: Signal<Gear>;
   readonly sending: ReadonlySignal<Sending | undefined>;
   readonly stoppedBecause: ReadonlySignal<Stopped | undefined>;
   readonly status: ReadonlySignal<DrivingStatus>;
@@ -56,7 +43,6 @@ export class Driving {
   readonly pads: GamepadSource;
   /** Close what is open in front of the page; returns whether there was something, so that Escape does not stop. */
   onEscape: () => boolean = () => false;
-
   /** Steps that the robot drives by itself; they end with everything else. */
   steps: StepMotion | undefined;
 
@@ -70,6 +56,8 @@ export class Driving {
   private readonly undo: (() => void)[] = [];
   private plainChannel: "velocity" | "joy" = "velocity";
   private focused = true;
+  /** Whether a headset is worn: then it does not matter which window has the keys. */
+  private worn = false;
   private checking = false;
   private controlAt = 0;
 
@@ -79,6 +67,7 @@ export class Driving {
     private readonly environment: DrivingEnvironment,
   ) {
     const { window, document } = environment;
+    this.gear = environment.gear ?? signal<Gear>("normal");
     const now = () => environment.now();
     this.estop = new EmergencyStop(commands, state, now);
     this.turns = new TurnTaking(commands, state);
@@ -118,6 +107,16 @@ export class Driving {
     this.plainChannel = channel;
     this.releaseAll();
     this.confirmed.value = true;
+  }
+
+  /** Let a headset drive as well, for as long as it is worn. */
+  join(source: DriveSource): Joined {
+    const leave = this.loop.join(source);
+    this.worn = this.focused = true;
+    return {
+      lose: (loss) => { this.steps?.stop(); this.lose(loss); },
+      leave: () => { this.worn = false; this.focused = this.environment.document.hasFocus(); this.lose("headset-left"); leave(); },
+    };
   }
 
   /** Stop by a zero at once; whatever is held counts as released. */
@@ -161,7 +160,7 @@ export class Driving {
     this.undo.push(
       () => { clearInterval(timer); listening.abort(); },
       watchPage(window, document, (loss) => {
-        this.focused = this.focused && loss !== "blurred";
+        this.focused = this.focused && (this.worn || loss !== "blurred");
         this.lose(loss);
       }),
       this.state.control.subscribe(() => { this.controlAt = this.environment.now(); check(); }),
@@ -206,7 +205,7 @@ export class Driving {
     if (this.environment.document.visibilityState === "hidden") {
       this.lose("hidden");
     }
-    this.pads.poll(now);
+    this.loop.poll(now);
     if (this.keysElsewhere.peek()) {
       this.keyboard.release();
     }
@@ -284,16 +283,15 @@ export class Driving {
   }
 
   private own(readings: ReadonlyMap<SourceName, SourceReading>) {
-    const all = [...readings.values()];
     const pads = this.pads.pads.peek();
     return {
       driving: this.loop.driving,
-      held: all.some(({ held, active }) => held && !active),
-      centring: all.some(({ centring }) => centring),
-      noDeadman: all.some(({ noDeadman }) => noDeadman),
+      ...handsIn([...readings.values()]),
       unmapped: pads.length > 0 && !pads.some(({ mapped }) => mapped),
       focused: this.focused,
       elsewhere: this.keysElsewhere.peek(),
+      thumbs: this.environment.thumbs?.() ?? false,
+      moving: this.steps?.moves ?? false,
       stopped: this.stopped.peek()?.words,
     };
   }

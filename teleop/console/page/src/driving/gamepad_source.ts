@@ -1,7 +1,7 @@
 /** Driving by gamepads, read by polling: plugged in and out at any time. */
 
 import { signal } from "@preact/signals";
-import { RESTING, type DriveSource, type SourceReading } from "./drive_source";
+import { RESTING, type DriveSource, type SourceName, type SourceReading } from "./drive_source";
 import { GamepadFreshness } from "./gamepad_freshness";
 import { readGamepad, type GamepadReading, type MappingStore } from "./gamepad_mapping";
 
@@ -34,7 +34,7 @@ const REST: GamepadReading = {
 };
 
 export class GamepadSource implements DriveSource {
-  readonly name = "gamepad";
+  readonly name: SourceName = "gamepad";
   readonly pads = signal<readonly PadInfo[]>([]);
   /** Whether the pads only show what they do, while a person maps them. */
   readonly mapping = signal(false);

@@ -3,7 +3,7 @@
 /** Why everything counts as released. */
 export type Loss =
   | "hidden" | "blurred" | "menu" | "closed" | "frozen-page" | "slept" | "touch" | "unplugged" | "frozen" | "connection"
-  | "unsent" | "silent" | "taken" | "not-listening";
+  | "unsent" | "silent" | "taken" | "not-listening" | "headset-off" | "headset-left" | "controller" | "recentred";
 
 /** Call `lose` for each event by which the page loses the person; returns what undoes it. */
 export function watchPage(window: Window, document: Document, lose: (loss: Loss) => void): () => void {

@@ -21,12 +21,13 @@ import { sceneSettings, type SceneSettings } from "../scene/settings";
 import { friendlyName, validName } from "../session/person_name";
 import { keepToken, takeToken, type TokenPlaces } from "../session/token";
 import { StepControl } from "../steps/step_control";
-import { alarmTexts } from "../texts/alarms";
 import { bothMotions, loadArm, type LoadedArm } from "./arm_loader";
+import { loadHeadset, type HeadsetPart } from "./headset_loader";
 import { viewHintsFromAbove } from "./hint_view";
+import { keepAwake, rememberedGear, thumbsOnly } from "./hands";
 import { watchSurroundings } from "./surroundings";
+import { watchAges, type LayerAges } from "./layer_ages";
 import { takeOwnToken } from "./own_token";
-import { watchStaleness } from "./stale_picture";
 
 /** What the components show and use. */
 export interface PageParts {
@@ -42,10 +43,14 @@ export interface PageParts {
   readonly steps: StepControl;
   /** What moves the arm, once it has been loaded for a robot that has one. */
   readonly arm: ReadonlySignal<LoadedArm | undefined>;
+  /** The headset, once there is one. */
+  readonly headset: HeadsetPart;
   readonly camera: CameraFeed;
   readonly photo: PhotoControl;
   readonly alarms: Alarms;
   readonly events: EventLog;
+  /** How old each layer of the picture is. */
+  readonly ages: ReadonlySignal<LayerAges>;
   readonly lean: ReadonlySignal<boolean>;
   readonly setLean: (lean: boolean) => void;
   /** The person's name, which this browser keeps. */
@@ -82,7 +87,9 @@ export function startParts(address: string, version: string, canvas: HTMLCanvasE
     }
   });
   const scene = new Scene(canvas, state, settings);
-  const driving = new Driving(commands, state, { window, document, navigator, now: () => performance.now() });
+  const driving = new Driving(commands, state, {
+    window, document, navigator, now: () => performance.now(), gear: rememberedGear(), thumbs: thumbsOnly(),
+  });
   const hint = new HintTool(canvas, scene, commands, state);
   const steps = new StepControl(commands);
   steps.stopWhenHidden(document);
@@ -91,7 +98,7 @@ export function startParts(address: string, version: string, canvas: HTMLCanvasE
   const robot = httpAddress(address);
   const camera = new CameraFeed(state, {
     fetch: (url, init) => fetch(url, init), now: () => performance.now(), document, keeper: browserKeeper(),
-    page: location.href, robot, token: () => takeToken(PLACES),
+    page: location.href, robot, token: () => takeToken(PLACES), lateness: () => link.statistics.peek().pageLag,
   });
   const photo = new PhotoControl(commands, robot);
   driving.onEscape = () => closeTopDialog() || hint.escape();
@@ -103,20 +110,27 @@ export function startParts(address: string, version: string, canvas: HTMLCanvasE
     }
   });
   viewHintsFromAbove(hint.view, settings.view);
+  effect(() => { camera.large.value = camera.large.peek() && hint.view.value.phase !== "placing"; });
   effect(() => { driving.keysElsewhere.value = hint.view.value.phase === "placing" || arm.value?.arm.chosen.value === true; });
   effect(() => { document.documentElement.dataset["theme"] = settings.theme.value; });
   const alarms = new Alarms(
     state, link.statistics,
-    (alarm, ended) => { events.add(ended ? "info" : alarm.severity, ended ? alarmTexts.over(alarm.words) : alarm.words); },
+    (alarm, ended) => { events.alarm(alarm, ended); },
     browserAlarmEnvironment(),
   );
-  watchStaleness(state, scene.stale);
+  const ages = watchAges(state, link.statistics, scene);
+  const headset = loadHeadset(navigator.xr, {
+    immersion: scene.immersion, state, statistics: link.statistics, driving, steps, hint, camera, photo, alarms, arm,
+    theme: settings.theme, now: () => performance.now(), events: events.add,
+  });
   watchSurroundings(state, () => scene.body);
+  keepAwake(state, navigator, document);
   takeOwnToken(link.wire, state, () => name.peek(), (own) => { keepToken(PLACES, own, "lasting"); commands.authenticate(own); });
   link.start();
   return {
-    address, version, state, commands, statistics: link.statistics, scene, settings, driving, hint, steps, arm, camera, photo, alarms,
-    events, lean, wire: link.wire, name, sharing: new Sharing(link.wire), rename: (wanted) => { name.value = wanted; commands.authenticate(takeToken(PLACES)); },
+    address, version, state, commands, statistics: link.statistics, scene, settings, driving, hint, steps, arm, camera, photo, alarms, headset,
+    events, lean, ages, wire: link.wire, name, sharing: new Sharing(link.wire),
+    rename: (wanted) => { name.value = wanted; commands.authenticate(takeToken(PLACES)); },
     setLean: (wanted) => { lean.value = wanted; link.setLean(wanted); },
     logIn: (given) => { keepToken(PLACES, given); commands.authenticate(given); },
     logOut: () => { keepToken(PLACES, ""); location.reload(); },

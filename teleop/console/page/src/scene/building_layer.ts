@@ -68,6 +68,11 @@ export class BuildingLayer {
     this.#floor.value = cut === undefined ? 0 : floor;
   }
 
+  /** Draw the floor, or leave it out. */
+  setGround(shown: boolean): void {
+    this.#ground.visible = shown;
+  }
+
   dispose(): void {
     this.#free();
     this.#surfaces.dispose();

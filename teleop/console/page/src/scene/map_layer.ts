@@ -26,6 +26,8 @@ export interface MapLook {
   /** Factor on the size of points. */
   readonly size: number;
   readonly ratio: number;
+  /** Distance of the eye from which on points are thinned [m]; undefined: nowhere. */
+  readonly thin?: number | undefined;
 }
 
 export class MapLayer {
@@ -49,6 +51,7 @@ export class MapLayer {
       uniforms: {
         uPixelsPerMetre: { value: 1 }, uPixels: { value: new Vector2(1, 8) }, uSize: { value: POINT },
         uFloor: { value: 0 }, uCut: { value: NO_CUT }, uFade: { value: new Vector2(1e5, 2e5) },
+        uThin: { value: NO_CUT }, uCount: { value: 1 },
         uFocus: { value: new Vector3() }, uFloorColour: { value: new Vector3() }, uLow: { value: new Vector3() },
         uHigh: { value: new Vector3() }, uBackground: { value: new Vector3() },
       },
@@ -74,7 +77,9 @@ export class MapLayer {
   setShare(share: number): void {
     this.#share = share;
     const { count, filled } = this.#content ?? { count: 0, filled: 0 };
-    this.#points.geometry.setDrawRange(0, Math.min(Math.ceil(count * share), filled));
+    const drawn = Math.min(Math.ceil(count * share), filled);
+    this.#points.geometry.setDrawRange(0, drawn);
+    this.#set("uCount", drawn);
   }
 
   setColours(colours: SceneColours): void {
@@ -92,16 +97,19 @@ export class MapLayer {
       uSize: (POINT * look.size) / Math.sqrt(this.#share),
       uFloor: this.floor,
       uCut: look.cut ?? NO_CUT,
+      uThin: look.thin ?? NO_CUT,
     };
     for (const [name, value] of Object.entries(values)) {
-      const uniform = uniforms[name];
-      if (uniform !== undefined) {
-        uniform.value = value;
-      }
+      this.#set(name, value);
     }
     (uniforms["uPixels"]?.value as Vector2).set(Math.max(1.5 * look.ratio * look.size, 1), 9 * look.ratio * look.size);
     (uniforms["uFade"]?.value as Vector2).set(...look.fade);
     this.#vector("uFocus").set(look.focus.x, look.focus.y, 0);
+  }
+
+  /** Draw the plate below the points, or leave it out. */
+  setPlate(shown: boolean): void {
+    this.#plate.object.material.visible = shown;
   }
 
   dispose(): void {
@@ -121,6 +129,13 @@ export class MapLayer {
     }
     this.setShare(this.#share);
     this.#grown();
+  }
+
+  #set(name: string, value: number): void {
+    const uniform = this.#points.material.uniforms[name];
+    if (uniform !== undefined) {
+      uniform.value = value;
+    }
   }
 
   #vector(name: string): Vector3 {

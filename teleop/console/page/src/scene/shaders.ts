@@ -16,6 +16,8 @@ ${POINT_PIXELS}
 uniform float uSize;
 uniform float uFloor;
 uniform float uCut;
+uniform float uCount; // points that are drawn
+uniform float uThin; // distance from which on they are thinned [m]
 uniform vec2 uFade; // distance from the focus at which points begin to fade, and to be faint
 uniform vec3 uFocus;
 uniform vec3 uFloorColour;
@@ -27,6 +29,9 @@ varying vec3 vColour;
 void main() {
   if (position.z > uCut) { ${NOWHERE} }
   vec4 view = modelViewMatrix * vec4(position, 1.0);
+  // Any first part of the points shows all of the map: as many as before are left for each degree of view.
+  float kept = min(uThin * uThin / dot(view.xyz, view.xyz), 1.0);
+  if (float(gl_VertexID) > uCount * kept) { ${NOWHERE} }
   float above = position.z - uFloor;
   float share = clamp(above / 1.9, 0.0, 1.0);
   vec3 colour = mix(uLow, uHigh, share) ;
@@ -38,7 +43,7 @@ void main() {
   float faded = 0.8 * smoothstep(uFade.x, uFade.y, distance(position.xy, uFocus.xy));
   vColour = mix(colour, uBackground, faded);
   gl_Position = projectionMatrix * view;
-  gl_PointSize = pixels(uSize, -view.z);
+  gl_PointSize = pixels(uSize * inversesqrt(kept), -view.z);
 }`;
 
 export const MAP_FRAGMENT = `

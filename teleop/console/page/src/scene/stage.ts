@@ -27,6 +27,7 @@ export class Stage {
   #request: number | undefined;
   #last = 0;
   #moving = false;
+  #immersed = false;
   #size = { width: 300, height: 150, ratio: 1 };
 
   constructor(canvas: HTMLCanvasElement, update: Update) {
@@ -58,7 +59,7 @@ export class Stage {
 
   /** Have a frame drawn soon. */
   invalidate(): void {
-    if (this.#request === undefined && !this.#ended.signal.aborted) {
+    if (this.#request === undefined && !this.#immersed && !this.#ended.signal.aborted) {
       this.#request = requestAnimationFrame((now) => { this.#frame(now); });
     }
   }
@@ -69,12 +70,65 @@ export class Stage {
     const ratio = Math.min(window.devicePixelRatio || 1, MOST_RATIO);
     const size = { width: Math.max(clientWidth, 1), height: Math.max(clientHeight, 1), ratio };
     const { width, height } = this.#size;
+    if (this.#immersed) {
+      return; // the canvas is the headset's
+    }
     if (size.width !== width || size.height !== height || ratio !== this.#size.ratio) {
       this.#size = size;
       this.#renderer?.setPixelRatio(ratio);
       this.#renderer?.setSize(size.width, size.height, false);
       this.invalidate();
     }
+  }
+
+  /**
+   * Draw a headset's frames in place of the page's, until its session ends.
+   *
+   * @param frame Is called for each of them, so many ms after the last one.
+   * @param ended Is called once the page draws again.
+   * @throws Error If there is no WebGL, or the session ends before it has begun.
+   */
+  async immerse(session: XRSession, frame: (interval: number, xr: XRFrame) => void, ended: () => void): Promise<void> {
+    const renderer = this.#renderer;
+    if (renderer === undefined || this.#immersed) {
+      throw new Error(this.#trouble.peek());
+    }
+    const left = new AbortController();
+    const leave = (): void => {
+      if (left.signal.aborted) {
+        return;
+      }
+      left.abort();
+      renderer.xr.removeEventListener("sessionend", leave);
+      renderer.setAnimationLoop(null);
+      this.#immersed = renderer.xr.enabled = false;
+      ended();
+      this.resize();
+      this.invalidate();
+    };
+    this.#immersed = renderer.xr.enabled = true;
+    renderer.xr.addEventListener("sessionend", leave);
+    renderer.setAnimationLoop((now, xr) => {
+      if (renderer.xr.isPresenting) {
+        const before = performance.now();
+        frame(Math.max(now - this.#last, 0), xr);
+        this.#last = now;
+        renderer.render(this.scene, this.camera);
+        this.frameTimes.add(performance.now() - before);
+      }
+    });
+    try {
+      await renderer.xr.setSession(session);
+    } catch (error) {
+      await session.end().catch(() => undefined); // it may have ended by itself
+      leave();
+      throw error;
+    }
+  }
+
+  /** Where a headset's poses are given, while one is worn. */
+  get roomSpace(): XRReferenceSpace | null {
+    return this.#renderer?.xr.getReferenceSpace() ?? null;
   }
 
   dispose(): void {

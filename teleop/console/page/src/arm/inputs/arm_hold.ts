@@ -10,7 +10,7 @@ import { ArmStream } from "./arm_stream";
 import type { ArmWish } from "./arm_wish";
 import { FollowingWatch } from "./following_watch";
 
-export type ArmInput = "keys" | "gamepad" | "gizmo" | "slider" | "button";
+export type ArmInput = "keys" | "gamepad" | "gizmo" | "slider" | "button" | "headset";
 
 /** What of the browser it needs. */
 export interface HoldEnvironment {

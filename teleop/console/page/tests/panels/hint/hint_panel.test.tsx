@@ -66,6 +66,19 @@ it("offers the numbered places of a search", async () => {
   expect(commands.hints[0]?.pose).toMatchObject({ x: 8, y: 9 });
 });
 
+it("names the places of a search, with the share that each explains and how far it is", async () => {
+  await page.act(() => { state.candidates.value = [{ ...POSE, name: "kitchen", share: 0.914, away: 12.04 }]; });
+  expect(page.text()).toContain("1: kitchen, 91 %, 12.0 m away");
+});
+
+it("offers to undo only what was placed", async () => {
+  expect(page.text()).not.toContain("Undo");
+  await page.act(() => {
+    state.verdict.value = { stamp: 1, verdict: "accepted", reason: "", hint: POSE, candidates: [], scores: [] };
+  });
+  expect(page.text()).toContain("Undo");
+});
+
 it("does not offer what the role may not use, nor what a plain rosbridge has not", async () => {
   await page.act(() => { state.session.value = { ...SESSION, mayHint: false, maySearch: false }; });
   expect(page.text()).toBe("");

@@ -1,0 +1,110 @@
+/** What the two hands do in a frame: poses in the operator's room, buttons, sticks; and whether they are there at all. */
+
+import { Quaternion, Vector3 } from "three";
+
+/** Buttons and axes of the mapping "xr-standard" (W3C, WebXR Gamepads Module); those from 4 on are the face buttons. */
+export const BUTTONS = { trigger: 0, squeeze: 1, stick: 3, lower: 4, upper: 5 } as const;
+
+/** Where something is in the operator's room. */
+export interface Placed {
+  readonly position: Vector3;
+  readonly turn: Quaternion;
+}
+
+/** A hand, empty or with a controller; one object for good, renewed each frame. */
+export class Side implements Placed {
+  source: XRInputSource | undefined;
+  /** Whether it is there: its ray and its buttons mean something. */
+  present = false;
+  /** Whether its place was measured in this frame, and not guessed. */
+  tracked = false;
+  readonly position = new Vector3();
+  readonly turn = new Quaternion();
+  readonly ray: Placed = { position: new Vector3(), turn: new Quaternion() };
+
+  constructor(readonly hand: "left" | "right") {}
+
+  /** The controller's buttons and sticks; undefined for an empty hand, whose only button is a pinch. */
+  get pad(): Gamepad | undefined {
+    const { source, present } = this;
+    return present && source !== undefined && !source.hand ? source.gamepad : undefined;
+  }
+
+  pressed(button: number): boolean {
+    return this.pad?.buttons[button]?.pressed === true;
+  }
+
+  /** Of the trigger or the pinch, 0 to 1. */
+  get trigger(): number {
+    return this.present ? this.source?.gamepad?.buttons[BUTTONS.trigger]?.value ?? 0 : 0;
+  }
+
+  /** Deflection of the stick, or of a pad in its place: right and ahead, -1 to 1. */
+  get stick(): readonly [right: number, ahead: number] {
+    const axes = this.pad?.axes ?? [];
+    const first = stickAxis(axes);
+    return [axes[first] ?? 0, -(axes[first + 1] ?? 0)];
+  }
+
+  /** Let the person feel something: strength 0 to 1, for so many ms. */
+  pulse(strength: number, duration: number): void {
+    // Typed as an effect player, but WebXR's actuators only pulse, and not all browsers have them.
+    const [actuator] = (this.source?.gamepad as { readonly hapticActuators?: readonly Partial<Actuator>[] } | undefined)?.hapticActuators ?? [];
+    void actuator?.pulse?.(Math.min(1, Math.max(0, strength)), duration);
+  }
+}
+
+interface Actuator {
+  pulse(value: number, duration: number): Promise<boolean>;
+}
+
+/** Return the first of the two axes of the stick: behind those of a touch pad, or these where there is no stick. */
+export function stickAxis(axes: readonly number[]): 0 | 2 {
+  return axes.length >= 4 ? 2 : 0;
+}
+
+export class Inputs {
+  readonly left = new Side("left");
+  readonly right = new Side("right");
+
+  side(hand: XRHandedness): Side {
+    return hand === "left" ? this.left : this.right;
+  }
+
+  /** Renew both hands. */
+  update(frame: XRFrame, space: XRReferenceSpace): void {
+    let [left, right] = [undefined as XRInputSource | undefined, undefined as XRInputSource | undefined];
+    for (const source of frame.session.inputSources) {
+      // A gaze or a pinch that belongs to no hand is the right one's, unless there is a right one.
+      left = source.handedness === "left" ? source : left;
+      right = source.handedness === "right" ? source : source.handedness === "none" ? right ?? source : right;
+    }
+    [this.left.source, this.right.source] = [left, right];
+    renew(this.left, frame, space);
+    renew(this.right, frame, space);
+  }
+
+  /** Count both as gone. */
+  clear(): void {
+    this.left.present = this.right.present = this.left.tracked = this.right.tracked = false;
+  }
+}
+
+function renew(side: Side, frame: XRFrame, space: XRReferenceSpace): void {
+  const { source } = side;
+  const ray = source && frame.getPose(source.targetRaySpace, space);
+  const grip = source?.gripSpace ? frame.getPose(source.gripSpace, space) : ray;
+  side.present = ray != null && grip != null && take(side.ray, ray.transform) && take(side, grip.transform);
+  side.tracked = side.present && grip?.emulatedPosition === false;
+}
+
+/** Take a pose over; false for one that is none, as of a controller that lies on a table: all zero, or not finite. */
+function take(to: Placed, { position: p, orientation: q }: XRRigidTransform): boolean {
+  const norm = Math.hypot(q.x, q.y, q.z, q.w);
+  if (!(Math.abs(norm - 1) < 0.1) || !Number.isFinite(p.x + p.y + p.z)) {
+    return false;
+  }
+  to.position.set(p.x, p.y, p.z);
+  to.turn.set(q.x, q.y, q.z, q.w);
+  return true;
+}

@@ -1,0 +1,184 @@
+"""A person who wears a headset: iwer's, which speaks WebXR to the page in Debian's Chromium without a window."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import Awaitable, Callable
+from typing import Any, Final
+
+import pytest
+from playwright.async_api import Page
+
+from tests.teleop.console.conftest import PATIENCE
+from tests.teleop.support import ROOT
+
+IWER: Final = ROOT / "teleop/console/page/node_modules/iwer/build/iwer.min.js"
+DEVICE: Final = """
+(() => {
+  const device = new IWER.XRDevice(IWER[NAME], { stereoEnabled: true, ipd: 0.063 });
+  device.installRuntime({ polyfillLayers: false, forceInstall: true });
+  // What a real runtime does to a page, and iwer does not by itself: frames that do not come, spaces that are told of.
+  const held = [];
+  let frames = true;
+  let count = 0;
+  const request = XRSession.prototype.requestAnimationFrame;
+  XRSession.prototype.requestAnimationFrame = function (callback) {
+    // 25 a second, for software draws both eyes' pictures.
+    if (frames) {
+      count += 1;
+      return setTimeout(() => { request.call(this, callback); }, 30);
+    }
+    held.push([this, callback]);
+    return 0;
+  };
+  const spaces = [];
+  const space = XRSession.prototype.requestReferenceSpace;
+  XRSession.prototype.requestReferenceSpace = async function (type) {
+    const found = await space.call(this, type);
+    spaces.push(found);
+    return found;
+  };
+  // iwer makes a rotation of any quaternion, runtimes hand on what they are given.
+  const lying = new Set();
+  const pose = XRFrame.prototype.getPose;
+  XRFrame.prototype.getPose = function (of, base) {
+    const found = pose.call(this, of, base);
+    const lies = [...lying].some((side) => [side.inputSource.gripSpace, side.inputSource.targetRaySpace].includes(of));
+    if (!lies) return found;
+    return { emulatedPosition: false, transform: { position: found.transform.position, orientation: { x: 0, y: 0, z: 0, w: 0 } } };
+  };
+  window.worn = {
+    device,
+    get count() { return count; },
+    lie(hand, lies) { lying[lies ? 'add' : 'delete'](device.controllers[hand]); },
+    frames(come) {
+      frames = come;
+      if (come) held.splice(0).forEach(([session, callback]) => request.call(session, callback));
+    },
+    reset(transform) {
+      const event = new Event('reset');
+      Object.defineProperty(event, 'transform', { value: transform });
+      spaces.forEach((each) => each.dispatchEvent(event));
+    },
+    stick(hand, right, ahead) { device.controllers[hand].updateAxes('thumbstick', right, -ahead); },
+    button(hand, name, value) { device.controllers[hand].updateButtonValue(name, value); },
+    place(hand, x, y, z) { device.controllers[hand].position.set(x, y, z); },
+    // Point a hand at a place of the room: its ray goes along -z.
+    aim(hand, to) {
+      const side = device.primaryInputMode === 'hand' ? device.hands[hand] : device.controllers[hand];
+      const [x, y, z] = [to.x - side.position.x, to.y - side.position.y, to.z - side.position.z];
+      const [yaw, pitch] = [Math.atan2(-x, -z), Math.atan2(y, Math.hypot(x, z))];
+      const [cy, sy, cp, sp] = [Math.cos(yaw / 2), Math.sin(yaw / 2), Math.cos(pitch / 2), Math.sin(pitch / 2)];
+      side.quaternion.set(cy * sp, sy * cp, -sy * sp, cy * cp);
+    },
+    pulses(hand) { return device.controllers[hand].inputSource.gamepad.hapticActuators.length; },
+  };
+})();
+"""
+PLAIN: Final = """
+try { localStorage.setItem('farsteer.shown', JSON.stringify({ building: false, map: false, oldSweeps: false })); } catch {}
+"""
+CYCLES: Final = """async times => {
+  const frame = () => new Promise((done) => { setTimeout(done, 30); });
+  let entered = 0;
+  for (let at = 0; at < times; at += 1) {
+    document.querySelector('[aria-label="Enter VR"]').click();
+    // Every third time the session ends before it has begun.
+    for (let wait = 0; wait < 200 && !farsteerFigures().headset && at % 3 !== 2; wait += 1) await frame();
+    entered += farsteerFigures().headset || at % 3 === 2 ? 1 : 0;
+    while (!window.worn.device.activeSession) await frame();
+    await window.worn.device.activeSession.end();
+    for (let wait = 0; wait < 200 && !document.querySelector('[aria-label="Enter VR"]'); wait += 1) await frame();
+  }
+  return entered;
+}"""
+"""Goes in and out of the headset so often; returns how often it was in, or left before it was."""
+POINTS_SHOWN: Final = (
+    "try { localStorage.setItem('farsteer.shown', JSON.stringify({ map: true })); } catch {}"
+)
+FRAME: Final = 0.15
+"""Time in which some frames come, on a loaded machine too [s]."""
+
+
+def headset(name: str = "metaQuest3", *, building: bool = False) -> str:
+    """Return the script of a headset: metaQuest3, metaQuest2, metaQuestPro, oculusQuest1 …
+
+    Args:
+        name: iwer's name of it.
+        building: Whether the building is drawn, which without a graphics card takes a core.
+    """
+    if not IWER.is_file():
+        pytest.fail("iwer is not there: tools/build-console --dev fetches it")
+    plain = "" if building else PLAIN
+    return IWER.read_text(encoding="utf-8") + DEVICE.replace("NAME", f"'{name}'") + plain
+
+
+async def worn(page: Page, call: str, *arguments: object) -> Any:
+    """Do something with the headset: ``worn(page, "button", "right", "squeeze", 1)``."""
+    return await page.evaluate(f"given => window.worn.{call}(...given)", list(arguments))
+
+
+async def figures(page: Page) -> dict[str, Any] | None:
+    """Return what the page says of the headset; None while it shows nothing there."""
+    found: dict[str, Any] | None = await page.evaluate(
+        "() => { const it = farsteerFigures().headset; return it ? { ...it, keyAt: undefined } : null; }"
+    )
+    return found
+
+
+async def inside(
+    page: Page, true: Callable[[dict[str, Any]], bool] = lambda _: True
+) -> dict[str, Any]:
+    """Wait until the headset shows the page, and what it shows is so."""
+    found: dict[str, Any] | None = None
+    try:
+        async with asyncio.timeout(PATIENCE):
+            while (found := await figures(page)) is None or not true(found):  # noqa: ASYNC110
+                await asyncio.sleep(0.05)
+    except TimeoutError:
+        pytest.fail(f"waited in vain; the headset shows {found}")
+    return found
+
+
+async def enter(page: Page, mode: str = "VR") -> None:
+    """Put the headset on."""
+    await page.get_by_role("button", name=f"Enter {mode}").focus()
+    await page.keyboard.press("Enter")
+    await inside(page)
+
+
+def grip(
+    page: Page, forward: float = 0.9, turn: float = 0.0
+) -> Callable[[bool], Awaitable[object]]:
+    """Return a right hand that holds the grip and pushes the stick, or lets go of both."""
+
+    async def hold(held: bool) -> None:
+        await worn(page, "stick", "right", 0, 0)
+        await worn(page, "button", "right", "squeeze", int(held))
+        await asyncio.sleep(FRAME)
+        if held:
+            await worn(page, "stick", "right", -turn, forward)
+
+    return hold
+
+
+async def tap(page: Page, hand: str, button: str) -> None:
+    """Press a button of a controller and let go."""
+    for value in (1, 0):
+        await worn(page, "button", hand, button, value)
+        await asyncio.sleep(FRAME)
+
+
+async def aim(page: Page, hand: str, place: dict[str, float]) -> None:
+    """Point a hand at a place of the operator's room [m]."""
+    await worn(page, "aim", hand, place)
+    await asyncio.sleep(FRAME)
+
+
+async def press_key(page: Page, label: str, hand: str = "right", button: str = "trigger") -> None:
+    """Point at a key of a board, and pull the trigger."""
+    place = await page.evaluate("label => farsteerFigures().headset.keyAt(label) ?? null", label)
+    if place is None:
+        pytest.fail(f"no board has the key {label!r}: {(await figures(page) or {}).get('words')}")
+    await aim(page, hand, place)
+    await tap(page, hand, button)

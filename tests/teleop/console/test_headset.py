@@ -1,0 +1,136 @@
+"""The page in a headset: it stands whatever happens, comes back by itself, and is not there without a headset."""
+
+from __future__ import annotations
+
+import asyncio
+import subprocess
+from pathlib import Path
+from random import Random
+
+import pytest
+
+from benchmarks.console.headset_losses import EXPECTED, KINDS, trial
+from benchmarks.console.losses import LIMIT
+from localization.maps.cloud import Cloud
+from robot_sim import World
+from tests.teleop.console.conftest import Pages
+from tests.teleop.console.hands import hold_until, says, seen
+from tests.teleop.console.headset_hands import CYCLES, enter, figures, grip, headset, inside, worn
+from tests.teleop.console.paced_robot import paced_robot
+from tests.teleop.console.test_accessible import FETCH
+from tests.teleop.console.test_losing_it import BUSY
+from tests.teleop.support import in_a_loop
+
+pytestmark = [pytest.mark.process, pytest.mark.slow, pytest.mark.untraced]
+
+SIZE = {"width": 800, "height": 400}
+SLOW = EXPECTED["no frames"]
+"""What the page says instead where a loaded machine draws fewer than six pictures a second."""
+
+
+@pytest.fixture(scope="module", autouse=True)
+def iwer() -> None:
+    subprocess.run(FETCH, check=True, capture_output=True)
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("kinds", [KINDS[:5], KINDS[5:]], ids=["person", "hands and links"])
+@in_a_loop
+async def test_robot_stands_whatever_happens_to_the_headset_and_drives_again_without_reload(
+    kinds: tuple[str, ...], page_of: Pages, office: World, office_cloud: Cloud, cache: Path
+) -> None:
+    chance = Random(28)
+    async with (
+        paced_robot(office, office_cloud, cache) as robot,
+        page_of(robot.page, scripts=[headset()], viewport=SIZE) as visit,
+    ):
+        await says(visit.page, "Ready")
+        for kind in kinds:
+            loss = await trial(visit.page, robot, kind, chance)
+            assert loss.stopped_after_s <= LIMIT + 1e-6, loss
+            assert not loss.drove_on, loss
+            assert any(words in loss.said for words in (EXPECTED[kind], BUSY, SLOW)), loss
+        assert visit.violations == []
+        assert [e for e in visit.errors if "ERR_" not in e] == []
+
+
+@pytest.mark.long
+@in_a_loop
+async def test_hundred_times_in_and_out_leave_a_page_that_drives(
+    page_of: Pages, office: World, office_cloud: Cloud, cache: Path
+) -> None:
+    async with (
+        paced_robot(office, office_cloud, cache) as robot,
+        page_of(robot.page, scripts=[headset()], viewport=SIZE) as visit,
+    ):
+        page = visit.page
+        robot.place()
+        await seen(page)
+        entered = await page.evaluate(CYCLES, 100)
+        assert entered == 100
+        assert await figures(page) is None
+        await enter(page)
+        await hold_until(page, grip(page), lambda: robot.ticks[-1].moves, "that it drives")
+        assert visit.errors == []
+
+
+@in_a_loop
+async def test_page_without_a_headset_fetches_nothing_of_it(
+    page_of: Pages, office: World, office_cloud: Cloud, cache: Path
+) -> None:
+    async with (
+        paced_robot(office, office_cloud, cache) as robot,
+        page_of(robot.page, viewport=SIZE) as visit,
+    ):
+        robot.place()
+        await seen(visit.page)
+        assert await visit.page.get_by_role("button", name="Enter VR").count() == 0
+        assert [path for path in visit.paths if "/parts/xr-" in path] == []
+
+
+@pytest.mark.parametrize("name", ["oculusQuest1", "metaQuestPro", "metaQuest2"])
+@in_a_loop
+async def test_controllers_of_other_headsets_drive_and_nothing_is_asked_of_others(
+    name: str, page_of: Pages, office: World, office_cloud: Cloud, cache: Path
+) -> None:
+    async with (
+        paced_robot(office, office_cloud, cache) as robot,
+        page_of(robot.page, scripts=[headset(name)], viewport=SIZE) as visit,
+    ):
+        page = visit.page
+        robot.place()
+        await seen(page)
+        await enter(page)
+        hold = grip(page)
+        await hold_until(page, hold, lambda: robot.ticks[-1].forward > 0.2, "that it drives")
+        await hold(False)
+        turn = grip(page, 0.0, 0.9)
+        await hold_until(page, turn, lambda: robot.ticks[-1].turn > 0.2, "that it turns left")
+        await turn(False)
+        assert {host.partition(":")[0] for host in visit.hosts} == {"127.0.0.1"}
+
+
+@in_a_loop
+async def test_socket_that_drops_on_entering_comes_back_within_the_session(
+    page_of: Pages, office: World, office_cloud: Cloud, cache: Path
+) -> None:
+    async with (
+        paced_robot(office, office_cloud, cache) as robot,
+        page_of(robot.page, scripts=[headset()], viewport=SIZE) as visit,
+    ):
+        page = visit.page
+        robot.place()
+        await seen(page)
+        await page.evaluate(
+            "navigator.xr.requestSession = ((request) => async (...given) => "
+            "{ const it = await request.apply(navigator.xr, given); window.begun = true; return it; })(navigator.xr.requestSession); 0"
+        )
+        await page.get_by_role("button", name="Enter VR").focus()
+        await page.keyboard.press("Enter")
+        while not await page.evaluate("window.begun === true"):  # noqa: ASYNC110 - a page has no event of ours
+            await asyncio.sleep(0.01)
+        robot.proxy.drop()
+        await inside(page)
+        assert not any(tick.moves for tick in robot.ticks)
+        await hold_until(page, grip(page), lambda: robot.ticks[-1].moves, "that it drives")
+        await worn(page, "button", "right", "squeeze", 0)
