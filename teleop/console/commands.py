@@ -55,7 +55,7 @@ class Console:
 class Tokens:
     """List the tokens of the devices and links of a robot that is served with --lan, or revoke one.
 
-    A running robot goes by a change within two seconds, and disconnects whoever has a revoked token.
+    A running robot goes by a change within two seconds, and disconnects the bearers of a revoked token.
     """
 
     revoke: str | None = None

@@ -15,7 +15,7 @@ const FLOORS = {
   "arm": ["picture", "goals | inputs"],
   "link": ["message_checks"],
   "panels": [
-    "arm | steps",
+    "arm | playground | steps",
     "alarms | attitude | camera | driving | events | guide | hint | layers | link | session",
   ],
 };

@@ -40,6 +40,9 @@ _MAX_VISITORS: Final = 256
 _PATH: Final = 80
 """Characters of a path that are logged."""
 
+_REQUEST: Final = 600
+"""Characters of a request that are logged."""
+
 SUPPRESSED: Final = "suppressed"
 """Kind of the line that reports how many lines were suppressed."""
 
@@ -133,6 +136,10 @@ class AuditLog(Observer):
         given = {"token": token, "for": role, "until": until, "refused": refused}
         more = {key: value for key, value in given.items() if value}
         self._line(action, client, kind="token", **more)
+
+    def played(self, client: str, service: str, request: str) -> None:
+        """Log that a client changes the simulated world, with the request as JSON."""
+        self._line("playground", client, service=service, request=request[:_REQUEST])
 
     def tokens_renewed(self, disconnected: Sequence[str]) -> None:
         """Log that the token file was read again, and which clients it disconnected."""

@@ -80,7 +80,7 @@ class RobotServices:
         name = self._connections.name(client)
         self._record(name, "e-stop")
         access = self._connections.access(client)
-        # Whoever may drive resets that of a viewer, with or without a token: a viewer cannot itself.
+        # Everybody who may drive resets that of a viewer, who cannot, with or without a token.
         mine = access is not None and access.role is not Role.VIEW
         self._post(EStop(name, self._holder(client) if mine else ""))
         return {"success": True, "message": "stopped"}

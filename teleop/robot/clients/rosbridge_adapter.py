@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Iterable, Mapping
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Final
 
 from teleop.joystick import JoystickLayout
 from teleop.link.command_age import RoundTrips
@@ -41,6 +41,9 @@ from teleop.rosbridge.server.server import Server
 if TYPE_CHECKING:  # imported only where there is an arm
     from teleop.robot.clients.arm_adapter import ArmAdapter
 
+_PAUSED_EVERY: Final = 5
+"""Ticks between two messages about the driver while the world stands still."""
+
 
 class RosbridgeAdapter(Observer):
     """Joins a server and a robot that may be in another process.
@@ -76,6 +79,7 @@ class RosbridgeAdapter(Observer):
         protocol = server.protocol
         self._clients: dict[str, int] = {}
         self._reported: dict[int, str] = {}
+        self._paused = 0
         for name in hidden:
             protocol.topics.reserve(name)
         self._arm: ArmAdapter | None = None
@@ -128,7 +132,15 @@ class RosbridgeAdapter(Observer):
             self._arm.driven(tick)
         for rejection in tick.rejections:
             self._report(rejection)
-        self._publish(self._drive_outputs, tick)
+        self._paused = self._paused + 1 if tick.paused else 0
+        if not tick.paused:
+            self._publish(self._drive_outputs, tick)
+        elif self._paused % _PAUSED_EVERY == 0:
+            # Nothing new but who has the robot, and why it stands still.
+            for output, topic in self._drive_outputs:
+                if output.name == "/teleop/state":
+                    for message in output.build(tick):
+                        self.server.protocol.topics.publish_on(topic, message, self.server.now)
         if self._audit is not None:
             self._audit.driven(tick)
 

@@ -36,6 +36,8 @@ def serve_whoami(protocol: Protocol) -> None:
             "may_share": protocol.services.find("/teleop/share") is not None
             and _may_call(access, "/teleop/share"),
             "link": access.link,
+            "may_play": protocol.services.find("/playground/slip") is not None
+            and _may_call(access, "/playground/slip"),
         }
 
     protocol.services.serve("/teleop/session", "farsteer_msgs/srv/Session", session)

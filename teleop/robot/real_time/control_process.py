@@ -121,6 +121,8 @@ class ControlProcess:
                 self._report_lag(beat.lost)
                 lost, elapsed = beat.lost, beat.elapsed
                 self.tick(beat.now, Pacing(beat.gap, self._longest_gap, lost, elapsed))
+                if self._drive.playground is not None and self._drive.playground.next_world:
+                    break
             self._brake()
         finally:
             gc.unfreeze()

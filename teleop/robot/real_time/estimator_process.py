@@ -56,7 +56,10 @@ def run(channel: Channel) -> None:
             asked = [unpack(payload) for payload in payloads if payload[:1] == PREVIEW]
             ended = ended or len(records) + len(asked) < len(payloads)
             previews.update((request.client, request) for request in asked)
-            backlog.add(records)
+            if recording is not None:
+                for record in records:
+                    recording.calls(record.inbox, record.stamp)
+            backlog.add([record for record in records if not record.paused])
             if backlog:
                 record, needed = backlog.take()
                 estimated = estimation.take(needed)

@@ -16,7 +16,7 @@ from teleop.console.lan.token_book import TokenBook
 from teleop.robot.serving.serve_config import ServeConfig
 
 _LINK: Final = "link of the terminal"
-"""Name of the link that is printed: whoever opens it drives with a token of its own."""
+"""Name of the link that is printed: each device that opens it drives with a token of its own."""
 
 
 @dataclass(frozen=True, slots=True)

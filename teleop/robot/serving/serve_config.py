@@ -43,6 +43,8 @@ class ServeConfig:
     """Open the console page in a browser."""
     lan: bool = False
     """Listen on the network, with a token and a certificate that are made once and kept; print the page's QR code."""
+    playground: bool = False
+    """Let clients that may drive change the simulated world: carry, reset, pause, spin wheels, start another scene."""
     lockstep: bool = False
     """Advance time only when a client calls the service /sim/step."""
     name: str = ""
@@ -100,6 +102,10 @@ class ServeConfig:
         if not all(math.isfinite(age) and age >= 0.0 for age in (self.slow_age, self.max_age)):
             raise SettingError(
                 f"slow-age and max-age must be >= 0 s, got {self.slow_age:g} and {self.max_age:g}"
+            )
+        if self.playground and self.lockstep:
+            raise SettingError(
+                "--playground is for real time; in lockstep nothing happens by itself"
             )
         _ = self.stale_limits, self.link_config
         if (self.tls_cert is None) != (self.tls_key is None):

@@ -302,6 +302,35 @@ SERVICES: tuple[Interface, ...] = (
 )
 """Services that the robot offers."""
 
+_PLAYGROUND: Final = (
+    ("set_entity_state", "put the robot, a box or a person down at rest elsewhere"),
+    ("spawn_entity", "put a spare box or person down"),
+    ("delete_entity", "take away what was put down"),
+    ("get_entities", "names of the robot and of what was put down"),
+    ("get_spawnables", "what can be put down"),
+    ("get_named_poses", "starts and places of the scene"),
+    ("reset_simulation", "scope 2: robot to its start, 4: boxes and people away, 6: both"),
+    ("get_simulation_state", "playing or paused"),
+    ("set_simulation_state", "pause (2), or go on (1)"),
+    ("get_current_world", "name of the scene"),
+    ("get_available_worlds", "names of the scenes"),
+    ("slip", "have the wheels spin now"),
+    ("world", "start anew, in another scene, with people, or with moved furniture"),
+    ("link", "make the link of all clients worse, or good again"),
+)
+
+PLAYGROUND_SERVICES: Final = tuple(
+    Interface(
+        f"/playground/{name}",
+        f"farsteer_msgs/srv/Playground{name.title()}"
+        if name in ("slip", "world", "link")
+        else "simulation_interfaces/srv/" + name.title().replace("_", ""),
+        description,
+    )
+    for name, description in _PLAYGROUND
+)
+"""Services of ``farsteer serve --playground``."""
+
 SHARE_SERVICES: Final = (
     Interface(
         "/teleop/share",
@@ -319,7 +348,7 @@ SHARE_SERVICES: Final = (
     Interface(
         "/teleop/revoke_token",
         "farsteer_msgs/srv/RevokeToken",
-        "operators only: end a token, and disconnect whoever has it",
+        "operators only: end a token, and disconnect its bearers",
     ),
 )
 """Services of ``farsteer serve --lan``."""

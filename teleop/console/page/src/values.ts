@@ -182,6 +182,8 @@ export interface Session {
   readonly mayShare: boolean;
   /** Whether the token is that of a link, and the robot gives this device one of its own. */
   readonly link: boolean;
+  /** Whether the robot is simulated, and this page may change its world. */
+  readonly mayPlay: boolean;
 }
 
 /** Roll (left side up) and pitch (nose down) [rad], and the topic that they are from. */

@@ -93,7 +93,7 @@ async def test_each_device_of_a_link_has_its_own_token_and_is_shut_out_alone(
 
 @pytest.mark.slow
 @in_a_loop
-async def test_link_to_watch_has_an_end_and_whoever_came_by_it_only_watches(
+async def test_link_to_watch_has_an_end_and_its_devices_only_watch(
     serving: Serving, tmp_path: Path
 ) -> None:
     async with shared(serving, tmp_path) as robot:

@@ -30,6 +30,7 @@ import { MinimapView } from "./minimap_view";
 import { Notices } from "./notices";
 import { PhoneTools } from "./phone_tools";
 import type { PageParts } from "./page_parts";
+import { PlaygroundSlot } from "./playground_slot";
 
 interface LaidOut {
   readonly parts: PageParts;
@@ -158,6 +159,7 @@ function Panels({ parts, layout, about }: LaidOut & { readonly about: Signal<boo
         {state.dialect.value === "farsteer" && state.session.value?.mayDrive !== false && (
           <Fold title={texts.steps}><StepsPanel steps={parts.steps} driving={driving} state={state} /></Fold>
         )}
+        {state.session.value?.mayPlay === true && <PlaygroundSlot parts={parts} />}
         {!hinting && hint}
         <Guarded name={texts.place}><LocalizationPanel state={state} /></Guarded>
       </aside>

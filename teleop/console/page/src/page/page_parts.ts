@@ -11,6 +11,7 @@ import { FirstDrive } from "../guide/first_drive";
 import { HintTool } from "../hint/hint_tool";
 import { httpAddress } from "../link/diagnosis";
 import { RobotLink } from "../link/robot_link";
+import type { RobotWire } from "../link/robot_wire";
 import { closeTopDialog } from "../panels/dialog";
 import { EventLog } from "../panels/events/event_log";
 import { Sharing } from "../panels/session/sharing";
@@ -59,6 +60,8 @@ export interface PageParts {
   readonly name: ReadonlySignal<string>;
   readonly rename: (name: string) => void;
   readonly sharing: Sharing;
+  /** The robot by the names of its services. */
+  readonly wire: RobotWire;
   /** Log in with a token, which this tab keeps. */
   readonly logIn: (token: string) => void;
   /** Forget the token, and begin anew without one. */
@@ -132,7 +135,7 @@ export function startParts(address: string, version: string, canvas: HTMLCanvasE
   link.start();
   return {
     address, version, state, commands, statistics: link.statistics, scene, settings, driving, hint, guide, steps, arm, camera, photo, alarms, headset,
-    events, lean, ages, name, sharing: new Sharing(link.wire),
+    events, lean, ages, wire: link.wire, name, sharing: new Sharing(link.wire),
     rename: (wanted) => { name.value = wanted; commands.authenticate(takeToken(PLACES)); },
     setLean: (wanted) => { lean.value = wanted; link.setLean(wanted); },
     logIn: (given) => { keepToken(PLACES, given); commands.authenticate(given); },

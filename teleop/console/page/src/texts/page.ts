@@ -31,6 +31,7 @@ export const pageTexts = {
   steps: "Steps",
   arm: "Arm",
   armNotLoaded: "The part of the page that moves the arm could not be loaded: reload the page.",
+  playgroundNotLoaded: "The playground could not be loaded: close and open it again.",
   camera: (topic: string): string => `Camera: ${topic}`,
   insecure: "This page was not loaded by https or from localhost, so the browser withholds gamepads, the clipboard and the check of the map's hash. Start the robot with `farsteer serve --lan` and open the https address that it prints.",
   dismiss: "Understood",

@@ -24,6 +24,7 @@ export function readSession(values: Field): Session {
     mayTakeOver: may("take_over"),
     mayShare: may("share"),
     link: values.at("link").boolean(),
+    mayPlay: may("play"),
   };
 }
 

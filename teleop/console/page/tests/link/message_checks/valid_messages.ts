@@ -108,7 +108,7 @@ export const EXAMPLES: Readonly<Record<string, Example>> = {
     read: readSession,
     message: {
       client: 3, name: "client 3", role: "admin", tokens: false, may_drive: true, may_stop: true, may_reset: true,
-      may_hint: true, may_search: true, may_take_over: true, may_share: false, link: false,
+      may_hint: true, may_search: true, may_take_over: true, may_share: false, link: false, may_play: false,
     },
   },
   preview: {

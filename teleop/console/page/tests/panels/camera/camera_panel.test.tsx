@@ -74,7 +74,7 @@ it("offers no photograph to those who may only watch", async () => {
     state.videoSources.value = sources;
     state.session.value = {
       client: 1, name: "client 1", role: "view", tokens: true, mayStop: true, mayReset: false, mayHint: false, maySearch: false,
-      mayTakeOver: false, mayShare: false, link: false, mayDrive: false,
+      mayTakeOver: false, mayShare: false, link: false, mayPlay: false, mayDrive: false,
     };
   });
   expect(page.root.querySelector("button")).toBeNull();

@@ -8,7 +8,7 @@ import { mount, type Mounted } from "../mounted";
 
 const SESSION: Session = {
   client: 4, name: "client 4", role: "operate", tokens: true,
-  mayDrive: true, mayStop: true, mayReset: true, mayHint: true, maySearch: true, mayTakeOver: true, mayShare: false, link: false,
+  mayDrive: true, mayStop: true, mayReset: true, mayHint: true, maySearch: true, mayTakeOver: true, mayShare: false, link: false, mayPlay: false,
 };
 const POSE: StampedPose = {
   position: { x: 1, y: 2, z: 0 }, orientation: { x: 0, y: 0, z: 0, w: 1 }, stamp: 1, receivedAt: 0,

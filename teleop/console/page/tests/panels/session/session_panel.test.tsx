@@ -9,7 +9,7 @@ import { mount, type Mounted } from "../mounted";
 
 const VIEWER: Session = {
   client: 4, name: "client 4", role: "view", tokens: true,
-  mayDrive: false, mayStop: true, mayReset: false, mayHint: false, maySearch: false, mayTakeOver: false, mayShare: false, link: false,
+  mayDrive: false, mayStop: true, mayReset: false, mayHint: false, maySearch: false, mayTakeOver: false, mayShare: false, link: false, mayPlay: false,
 };
 
 /** What the robot answers, by service. */

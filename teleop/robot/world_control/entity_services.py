@@ -12,10 +12,10 @@ import numpy as np
 from localization.logs.ros_geometry import pose_from_message, pose_to_dict, vector_to_dict
 from localization.logs.ros_stamps import stamp_to_dict
 from localization.types import InvalidReadingError, Pose
-from teleop.scenario.standard.answers import Answer, Request, answered
-from teleop.scenario.standard.entity_filters import has_tags, matching
-from teleop.scenario.standard.results import Code, ControlError, result
-from teleop.scenario.standard.world_control import WorldControl
+from teleop.robot.world_control.answers import Answer, Request, answered
+from teleop.robot.world_control.entity_filters import has_tags, matching
+from teleop.robot.world_control.interface import WorldControl
+from teleop.robot.world_control.results import Code, ControlError, result
 
 _FRAMES: Final = ("", "map", "world")
 """Names of the world's frame."""

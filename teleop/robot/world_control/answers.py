@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any, TypeAlias
 
-from teleop.scenario.standard.results import Code, ControlError, result
+from teleop.robot.world_control.results import Code, ControlError, result
 
 Request: TypeAlias = dict[str, Any]
 Answer: TypeAlias = Callable[[Request], Request]

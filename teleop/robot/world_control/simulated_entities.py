@@ -11,8 +11,8 @@ from robot_sim import Simulation, Spare, World, WorldError
 from robot_sim.floorplan.plan import Placement
 from robot_sim.layout.footprints import Footprint
 from robot_sim.standing_pose import standing_pose
-from teleop.scenario.standard.results import Category, Code, ControlError
-from teleop.scenario.standard.world_control import Entity, Motion, Spawnable
+from teleop.robot.world_control.interface import Entity, Motion, Spawnable
+from teleop.robot.world_control.results import Category, Code, ControlError
 
 ROBOT = "robot"
 """Name of the robot among the entities."""

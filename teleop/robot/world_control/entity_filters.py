@@ -6,8 +6,8 @@ import re
 from collections.abc import Mapping
 from typing import Any, Final
 
-from teleop.scenario.standard.results import Code, ControlError
-from teleop.scenario.standard.world_control import Entity
+from teleop.robot.world_control.interface import Entity
+from teleop.robot.world_control.results import Code, ControlError
 
 _LONGEST: Final = 200
 """Length of a regular expression [characters]."""

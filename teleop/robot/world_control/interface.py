@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import Protocol
 
 from localization.types import Pose, Twist
-from teleop.scenario.standard.results import Category, Scope, State
+from teleop.robot.world_control.results import Category, Scope, State
 
 StepsDone = Callable[[int], object]
 """Receives the number of steps so far."""
@@ -85,14 +85,6 @@ class WorldControl(Protocol):
         """Let time go on, pause it, or stop: pause and reset everything; only states of ``states`` are asked for."""
         ...
 
-    def step(self, steps: int, done: StepsDone, over: SteppingOver) -> Callable[[], object]:
-        """Advance paused time by steps of a tick; call ``done`` after each, ``over`` after the last.
-
-        Returns:
-            Ends the stepping early, after the step under way.
-        """
-        ...
-
     def reset(self, scope: Scope) -> None:
         """Set a part of the world back to its beginning; only scopes of ``scopes`` are asked for."""
         ...
@@ -126,4 +118,16 @@ class WorldControl(Protocol):
     @property
     def named_poses(self) -> Mapping[str, tuple[Pose, tuple[str, ...]]]:
         """Poses that the world knows by name, each with its tags."""
+        ...
+
+
+class SteppableWorld(WorldControl, Protocol):
+    """A world whose time can be paused and advanced by steps."""
+
+    def step(self, steps: int, done: StepsDone, over: SteppingOver) -> Callable[[], object]:
+        """Advance paused time by steps of a tick; call ``done`` after each, ``over`` after the last.
+
+        Returns:
+            Ends the stepping early, after the step under way.
+        """
         ...
