@@ -97,8 +97,11 @@ def test_rotations_turn_the_same_things_to_the_same_side(program: Program) -> No
         ("rpy", rows),
         ("rotation", np.array([np.roll(pose.quaternion_wxyz, -1) for pose in poses])),
     ):
-        found = [_rotation(row) for row in program.converted(kind, given)]
-        np.testing.assert_allclose(found, expected, atol=FLOAT)
+        turned = program.converted(kind, given)
+        np.testing.assert_allclose([_rotation(row) for row in turned], expected, atol=FLOAT)
+    back = program.converted("ros", np.hstack([np.zeros((50, 3)), turned]))[:, 3:]
+    ours = [pose.rotation for pose in poses]
+    np.testing.assert_allclose([_rotation(row) for row in back], ours, atol=FLOAT)
 
 
 def test_a_hint_looks_where_the_mouse_was_dragged(program: Program) -> None:
