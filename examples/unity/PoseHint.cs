@@ -36,8 +36,7 @@ namespace Farsteer
                 Give(at, to - at);
         }
 
-        /// <summary>Gives a hint: a place and a direction on the ground, in the map's axes as Unity has them.</summary>
-        public void Give(UnityEngine.Vector3 at, UnityEngine.Vector3 ahead)
+        private void Give(UnityEngine.Vector3 at, UnityEngine.Vector3 ahead)
         {
             PoseWithCovarianceStamped hint = new PoseWithCovarianceStamped();
             hint.header.Update();
@@ -46,6 +45,7 @@ namespace Farsteer
             Publish(hint); // A covariance of zeros selects the default, 0.5 m and 15 degrees.
         }
 
+        /// <summary>What the mouse points at on the ground, in the map's axes as Unity has them; null above the horizon.</summary>
         private UnityEngine.Vector3? Ground()
         {
             Ray ray = Camera.main.ScreenPointToRay(Input.mousePosition);

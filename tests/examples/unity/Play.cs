@@ -129,13 +129,17 @@ public static class Play
         PrintObjects();
     }
 
-    /// <summary>Shows the robot for a time, then presses the e-stop.</summary>
+    /// <summary>Shows the robot for a time, turns it to the right, and presses the e-stop as it turns.</summary>
     private static int Show(double seconds)
     {
         Begin();
         Run(seconds);
-        Input.Down.Add(KeyCode.Space);
+        Stick(0, true);
+        Run(0.4);
+        Input.Axes["Horizontal"] = 1;
         Run(1);
+        Input.Down.Add(KeyCode.Space);
+        Run(1.5);
         PrintObjects();
         return 0;
     }
@@ -172,8 +176,9 @@ public static class Play
         Console.WriteLine("errors: discrepancy " + local.Discrepancy);
         Run(1.5);
 
-        Vector3 ahead = RosFrames.Point(Math.Cos(place[2]), Math.Sin(place[2]), 0);
-        robot.GetComponent<PoseHint>().Give(RosFrames.Point(place[0], place[1], 0), ahead);
+        Vector3 at = RosFrames.Point(place[0], place[1], 0);
+        Mouse(Input.Pressed, at);
+        Mouse(Input.Released, at + RosFrames.Point(Math.Cos(place[2]), Math.Sin(place[2]), 0));
         if (!Run(5, () => local.Discrepancy < 0.1))
             return Fail("the hint has not helped within 5 s");
         Console.WriteLine("corrected: discrepancy " + local.Discrepancy);
@@ -192,6 +197,13 @@ public static class Play
     {
         Console.WriteLine("error: " + reason);
         return 1;
+    }
+
+    private static void Mouse(HashSet<int> happens, Vector3 over)
+    {
+        happens.Add(1);
+        Input.mousePosition = new Vector3(over.x, over.z, 0);
+        Frames.Next(Frame);
     }
 
     private static void Stick(float forward, bool held)

@@ -218,6 +218,8 @@ namespace UnityEngine
                     Send(script, "Update");
                 }
             Input.Down.Clear();
+            Input.Pressed.Clear();
+            Input.Released.Clear();
         }
 
         internal static void Send(object to, string message)
@@ -250,8 +252,10 @@ namespace UnityEngine
 
         public static bool GetKey(KeyCode key) { return Held.Contains(key); }
         public static bool GetKeyDown(KeyCode key) { return Down.Contains(key); }
-        public static bool GetMouseButtonDown(int button) { return false; }
-        public static bool GetMouseButtonUp(int button) { return false; }
+        public static readonly HashSet<int> Pressed = new HashSet<int>();
+        public static readonly HashSet<int> Released = new HashSet<int>();
+        public static bool GetMouseButtonDown(int button) { return Pressed.Contains(button); }
+        public static bool GetMouseButtonUp(int button) { return Released.Contains(button); }
 
         public static float GetAxis(string axisName)
         {
@@ -287,8 +291,13 @@ namespace UnityEngine
 
     public sealed class Camera : Behaviour
     {
-        public static Camera main { get; set; }
-        public Ray ScreenPointToRay(Vector3 pos) { return new Ray(); }
+        public static Camera main { get { return new Camera(); } }
+
+        // A camera that looks straight down from 10 m, with a pixel for each metre.
+        public Ray ScreenPointToRay(Vector3 pos)
+        {
+            return new Ray { origin = new Vector3(pos.x, 10, pos.y), direction = new Vector3(0, -1, 0) };
+        }
     }
 
     public static class Debug
