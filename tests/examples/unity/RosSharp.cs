@@ -68,9 +68,13 @@ namespace RosSharp.RosBridgeClient
         private readonly Dictionary<string, Action<JToken>> consumers = new Dictionary<string, Action<JToken>>();
         private readonly object sending = new object();
 
-        internal RosSocket(string url)
+        private readonly ManualResetEvent connected = new ManualResetEvent(false);
+
+        // What is sent before waits, as there.
+        internal void Connect(string url)
         {
             socket.ConnectAsync(new Uri(url), CancellationToken.None).Wait();
+            connected.Set();
             new Thread(Listen) { IsBackground = true }.Start();
         }
 
@@ -125,6 +129,7 @@ namespace RosSharp.RosBridgeClient
         private void Send(Communication communication)
         {
             byte[] data = Encoding.ASCII.GetBytes(JsonConvert.SerializeObject(communication));
+            connected.WaitOne();
             lock (sending)
                 for (int at = 0; at < data.Length; at += Chunk)
                 {
@@ -203,9 +208,10 @@ namespace RosSharp.RosBridgeClient
             IsConnected = new ManualResetEvent(false);
             if (Url == null) // a test without a robot
                 return;
+            RosSocket = new RosSocket();
             new Thread(() =>
             {
-                RosSocket = new RosSocket(RosBridgeServerUrl);
+                RosSocket.Connect(RosBridgeServerUrl);
                 IsConnected.Set();
             }) { IsBackground = true }.Start();
         }
