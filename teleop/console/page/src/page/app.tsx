@@ -10,6 +10,7 @@ import { CameraPanel } from "../panels/camera/camera_panel";
 import { CameraView } from "../panels/camera/camera_view";
 import { Dialog } from "../panels/dialog";
 import { EventList } from "../panels/events/event_list";
+import { GuidePanel } from "../panels/guide/guide_panel";
 import { HintPanel } from "../panels/hint/hint_panel";
 import { LayersPanel, ViewSwitch } from "../panels/layers/layers_panel";
 import { LegendPanel } from "../panels/layers/legend_panel";
@@ -58,6 +59,7 @@ export function App({ parts, canvas }: { readonly parts: PageParts; readonly can
             ? <Guarded name={texts.hint}><HintPanel tool={parts.hint} state={state} /></Guarded>
             : <DrivingCard parts={parts} />)}
           <Guarded name={texts.picture}><MinimapView parts={parts} /></Guarded>
+          <Guarded name={texts.guide}><GuidePanel guide={parts.guide} pads={parts.driving.pads.pads.value.length} /></Guarded>
         </div>
         <div class="page-bottom">
           <div class="page-stick">{mayDrive && <StickPad driving={parts.driving} />}</div>
@@ -81,6 +83,7 @@ interface BarProps extends LaidOut {
 }
 
 function Bar({ parts, layout, about, drawer, onDrawer }: BarProps) {
+  const mayDrive = parts.state.session.value?.mayDrive === true && parts.state.dialect.value === "farsteer";
   const { state, scene, settings } = parts;
   return (
     <header class="page-bar">
@@ -94,6 +97,9 @@ function Bar({ parts, layout, about, drawer, onDrawer }: BarProps) {
         <button type="button" onClick={() => { scene.recentre(); }}>{texts.follow}</button>
       )}
       <MuteButton alarms={parts.alarms} />
+      {!parts.guide.shown.value && mayDrive && layout !== "phone" && (
+        <button type="button" onClick={() => { parts.guide.again(); }}>{texts.guide}</button>
+      )}
       {layout !== "phone" && <button type="button" onClick={() => { about.value = true; }}>{texts.about}</button>}
       <button type="button" class="page-drawer-button" aria-expanded={drawer} onClick={onDrawer}>
         {drawer ? texts.hidePanels : texts.panels}

@@ -6,6 +6,8 @@ import { browserAlarmEnvironment } from "../alarms/browser_environment";
 import { CameraFeed } from "../camera/camera_feed";
 import { PhotoControl } from "../camera/photo_control";
 import { Driving } from "../driving/driving";
+import { Carrier } from "../guide/carrier";
+import { FirstDrive } from "../guide/first_drive";
 import { HintTool } from "../hint/hint_tool";
 import { httpAddress } from "../link/diagnosis";
 import { RobotLink } from "../link/robot_link";
@@ -40,6 +42,7 @@ export interface PageParts {
   readonly settings: SceneSettings;
   readonly driving: Driving;
   readonly hint: HintTool;
+  readonly guide: FirstDrive;
   readonly steps: StepControl;
   /** What moves the arm, once it has been loaded for a robot that has one. */
   readonly arm: ReadonlySignal<LoadedArm | undefined>;
@@ -91,6 +94,9 @@ export function startParts(address: string, version: string, canvas: HTMLCanvasE
     window, document, navigator, now: () => performance.now(), gear: rememberedGear(), thumbs: thumbsOnly(),
   });
   const hint = new HintTool(canvas, scene, commands, state);
+  const guide = new FirstDrive(state, new Carrier(link.wire, state), remembered(
+    "farsteer.guide-closed", false, (kept) => (typeof kept === "boolean" ? kept : undefined), browserKeeper(),
+  ));
   const steps = new StepControl(commands);
   steps.stopWhenHidden(document);
   const arm = loadArm({ wire: link.wire, state, scene, settings, driving, lean, events: events.add });
@@ -128,7 +134,7 @@ export function startParts(address: string, version: string, canvas: HTMLCanvasE
   takeOwnToken(link.wire, state, () => name.peek(), (own) => { keepToken(PLACES, own, "lasting"); commands.authenticate(own); });
   link.start();
   return {
-    address, version, state, commands, statistics: link.statistics, scene, settings, driving, hint, steps, arm, camera, photo, alarms, headset,
+    address, version, state, commands, statistics: link.statistics, scene, settings, driving, hint, guide, steps, arm, camera, photo, alarms, headset,
     events, lean, ages, wire: link.wire, name, sharing: new Sharing(link.wire),
     rename: (wanted) => { name.value = wanted; commands.authenticate(takeToken(PLACES)); },
     setLean: (wanted) => { lean.value = wanted; link.setLean(wanted); },

@@ -59,6 +59,7 @@ export class Scene {
   readonly #world = new World(() => { this.#stage.invalidate(); });
   readonly #extent = signal<{ readonly bounds: Bounds | undefined; readonly floor: number }>({ bounds: undefined, floor: 0 });
   readonly #place: ReadonlySignal<Pose | undefined>;
+  /** Whether there is a place: it changes seldom, and the place many times a second. */
   readonly #isPlaced: ReadonlySignal<boolean>;
   /** Whether the robot's place is not known, or doubted by the robot itself. */
   readonly doubtful: ReadonlySignal<boolean>;
@@ -75,7 +76,6 @@ export class Scene {
     this.#state = state;
     this.#settings = settings;
     this.following = this.#following;
-    // Poses come many times a second; what depends only on whether there is one is not to follow each of them.
     this.#place = computed(() => worldFromBase(state));
     this.#isPlaced = computed(() => this.#place.value !== undefined);
     this.doubtful = computed(() => !this.#isPlaced.value || isDoubtful(state.status.value?.health));
@@ -95,12 +95,10 @@ export class Scene {
     const model = signal<Object3D>(this.#world.robot.model);
     this.workshop = {
       canvas, camera: this.#stage.camera, world: this.#stage.scene, base: this.#world.robot.body, model,
-      draw: () => { this.#stage.invalidate(); },
-      holdView: (held) => { this.setInteraction(held ? "hint" : "camera"); },
+      draw: () => { this.#stage.invalidate(); }, holdView: (held) => { this.setInteraction(held ? "hint" : "camera"); },
     };
     this.immersion = new Immersion(this.#stage, this.#world, this.#pose, () => ({
-      located: this.#located, floor: this.#floor(), size: settings.pointSize.peek(), decay: settings.decay.peek(),
-    }));
+      located: this.#located, floor: this.#floor(), size: settings.pointSize.peek(), decay: settings.decay.peek() }));
     this.#watch(model);
   }
 

@@ -12,6 +12,7 @@ export const pageTexts = {
   turns: "Who drives",
   place: "Localisation",
   hint: "Hint",
+  guide: "First drive",
   attitude: "Attitude",
   alarms: "Alarms",
   picture: "Picture of the robot",
