@@ -7,12 +7,14 @@ export function Notices({ parts }: { readonly parts: PageParts }) {
   const { state, scene } = parts;
   const connection = state.connection.value;
   const progress = state.mapProgress.value;
+  // Once there was a connection, the alarm of its loss says the same.
+  const alarmed = parts.alarms.active.value.some(({ kind }) => kind === "connection");
   return (
     <div class="page-notices">
       {connection.phase === "connecting" && connection.words === "" && (
         <p role="status">{texts.connecting(parts.address)}</p>
       )}
-      {connection.words !== "" && (connection.phase === "connecting" || connection.phase === "refused") && <p role="alert">{connection.words}</p>}
+      {connection.words !== "" && connection.phase !== "open" && !alarmed && <p role="alert">{connection.words}</p>}
       {progress !== undefined && (
         <p role="status">
           {texts.loading(progress)} <progress max={1} value={progress} aria-label={texts.loading(progress)} />
