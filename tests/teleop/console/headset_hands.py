@@ -17,7 +17,7 @@ DEVICE: Final = """
 (() => {
   const device = new IWER.XRDevice(IWER[NAME], { stereoEnabled: true, ipd: 0.063 });
   device.installRuntime({ polyfillLayers: false, forceInstall: true });
-  // What a real runtime does to a page, and iwer does not by itself: frames that do not come, spaces that are told of.
+  // What a real runtime does to a page, and iwer does not by itself: frames that do not come, spaces whose origin moves.
   const held = [];
   let frames = true;
   let count = 0;

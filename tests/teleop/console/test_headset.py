@@ -175,7 +175,9 @@ async def test_certificate_that_is_renewed_meanwhile_ends_the_drive_and_not_the_
                 await last.aclose()
                 await says(page, "Stopped:")
                 await inside(page)
-                await says(page, "Nobody drives")
+                # In the drawer of a small window.
+                nobody = page.get_by_text("Nobody drives", exact=True)
+                await nobody.first.wait_for(state="attached")
                 await hold(False)
                 await drives(page, hold)
                 await hold(False)
