@@ -35,7 +35,7 @@ sim: .venv/.env ## Drive the robot in simulation (ARGS="--help" says what else)
 	@$(BIN)/farsteer sim $(ARGS)
 
 serve: .venv/.env .venv/.page ## Serve a robot and the page to drive it; it prints the address (ARGS="--lan")
-	@$(BIN)/farsteer serve $(ARGS)
+	@$(BIN)/farsteer serve $(if $(or $(findstring --lan,$(ARGS)),$(findstring --host,$(ARGS)),$(findstring --lockstep,$(ARGS))),,--playground) $(ARGS)
 
 operate: .venv/.env ## Operate it from a terminal: rerun and keyboard (ARGS="ws://host:port --no-viewer --record x.rrd")
 	@$(BIN)/farsteer operate $(ARGS)

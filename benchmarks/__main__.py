@@ -32,6 +32,7 @@ COMMANDS = {
     "kafka": "bridges.kafka",
     "localization": "localization.comparison",
     "log": "localization.log_files",
+    "motion": "bridges.motion",
     "people": "localization.people",
     "prepared": "localization.prepared_map",
     "real": "real.command",

@@ -18,7 +18,7 @@ from robot_sim.arm.arm_plant import ArmPlant, ArmReading
 from robot_sim.arm.arm_touch import pickable_bodies
 from robot_sim.cameras.visual_state import VisualState
 from robot_sim.drive.aria_packets import StandardPacket
-from robot_sim.drive.drivetrain import DriveConfig, Drivetrain
+from robot_sim.drive.drivetrain import DriveConfig, Drivetrain, SlipFault
 from robot_sim.drive.encoders import Encoders
 from robot_sim.drive.motor_controller import Firmware, Override
 from robot_sim.drive.robot_condition import Condition, ConditionMonitor
@@ -304,6 +304,11 @@ class Simulation:
             WorldError: It would stand inside an obstacle; the message names it, and the robot stays where it was.
         """
         carry_robot(self._model, self._data, map_from_base)
+
+    def slip(self, duration: int, factor: float) -> None:
+        """Have the wheels spin from now on for a time [ns], as a ``SlipFault`` says."""
+        still = [s for s in self._encoders.slips if s.start_ns + s.duration_ns > self.stamp]
+        self._encoders.slips = [*still, SlipFault(self.stamp, duration, factor)]
 
     def truth(self) -> Truth:
         """Return the true pose and velocity of ``base_link``, and the slip of its wheels."""

@@ -11,8 +11,14 @@ from localization.cli.calibrate import Calibrate
 from localization.cli.localize import Localize
 from localization.cli.surfaces import Surfaces
 from localization.cli.terminal import fitted
-from teleop.bridges.commands import KafkaBridge, KafkaRest, ServoBridge
-from teleop.console.commands import Console
+from teleop.bridges.commands import (
+    KafkaBridge,
+    KafkaRest,
+    MotionPlatform,
+    MotionReceiver,
+    ServoBridge,
+)
+from teleop.console.commands import Console, Tokens
 from teleop.operator.commands import Operate
 from teleop.robot.arm_command import Arm
 from teleop.robot.board_command import ServoBoardCommand
@@ -36,12 +42,15 @@ COMMANDS: Final = {
     "world": Worlds,
     "serve": Serve,
     "console": Console,
+    "tokens": Tokens,
     "operate": Operate,
     "kafka-bridge": KafkaBridge,
     "kafka-rest": KafkaRest,
     "arm": Arm,
     "servo-bridge": ServoBridge,
     "servo-board": ServoBoardCommand,
+    "motion-platform": MotionPlatform,
+    "motion-receiver": MotionReceiver,
     "validate": Validate,
     "scenario": Scenarios,
     "sweep": Sweep,
@@ -61,12 +70,15 @@ Command: TypeAlias = (
     | Annotated[Worlds, tyro.conf.subcommand("world")]
     | Annotated[Serve, tyro.conf.subcommand("serve")]
     | Annotated[Console, tyro.conf.subcommand("console")]
+    | Annotated[Tokens, tyro.conf.subcommand("tokens")]
     | Annotated[Operate, tyro.conf.subcommand("operate")]
     | Annotated[KafkaBridge, tyro.conf.subcommand("kafka-bridge")]
     | Annotated[KafkaRest, tyro.conf.subcommand("kafka-rest")]
     | Annotated[Arm, tyro.conf.subcommand("arm")]
     | Annotated[ServoBridge, tyro.conf.subcommand("servo-bridge")]
     | Annotated[ServoBoardCommand, tyro.conf.subcommand("servo-board")]
+    | Annotated[MotionPlatform, tyro.conf.subcommand("motion-platform")]
+    | Annotated[MotionReceiver, tyro.conf.subcommand("motion-receiver")]
     | Annotated[Validate, tyro.conf.subcommand("validate")]
     | Annotated[Scenarios, tyro.conf.subcommand("scenario")]
     | Annotated[Sweep, tyro.conf.subcommand("sweep")]
@@ -122,6 +134,8 @@ examples:
                                      drive a robot by step commands of a topic
   farsteer servo-bridge ws://host:9090 --port /dev/ttyUSB0
                                      an Arduino's servos do what its arm does
+  farsteer motion-platform ws://host:9090 --udp chair:9095
+                                     a chair on six legs tilts as the robot does
   farsteer scenario run office-visit --client "npm run e2e"
                                      judge a client of your own; see report.html
   farsteer sweep office-visit --over link.delay=0:0.4:0.1 --stale on

@@ -35,8 +35,6 @@ from teleop.operator.robot_state.source_ages import STALE
 from teleop.robot.lockstep_service import LockstepService
 from teleop.robot.safety.control_state import ControlMode, SafetyConfig
 from teleop.robot.safety.stale_commands import StaleLimits
-from teleop.robot.serving.greeting import snippet
-from teleop.robot.serving.serve_config import ServeConfig
 from tests.warm_python import WarmPython
 
 ROOT = Path(__file__).parents[1]
@@ -218,10 +216,6 @@ def served(folder: Path, *words: str) -> Iterator[str]:
         process.send_signal(signal.SIGINT)
         process.communicate(timeout=60)
     assert process.returncode == 0
-
-
-def test_program_in_the_readme_is_the_one_that_serve_prints() -> None:
-    assert DRIVE.text == snippet(ServeConfig().port)
 
 
 @pytest.mark.long

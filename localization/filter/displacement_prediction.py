@@ -13,10 +13,10 @@ import numpy as np
 
 from localization.filter.ekf import (
     GYRO_BIAS,
-    KAPPA,
     POSITION,
     ROTATION,
     STATES,
+    YAW_RATIO,
     FilterState,
     propagated,
 )
@@ -35,7 +35,6 @@ from localization.motion.gyro_turn import GyroStep
 from localization.motion.odometry_noise import StepVariance, share_of_turn, step_variance
 from localization.types import InvalidReadingError, Pose, Twist
 
-_YAW_RATIO = KAPPA.start + 1
 _TWIST_MEMORY = 0.2
 """The speed that is reported is averaged over this time [s]: stamps are too rough for less."""
 
@@ -92,11 +91,11 @@ def _by_wheels(
     f[POSITION, ROTATION] = -rotation @ hat(motion.position)
     x, y = motion.position[:2].tolist()
     known = share_of_turn(added.heading, turn)
-    f[POSITION, _YAW_RATIO] = 0.5 * known * turn * (x * rotation[:, 1] - y * rotation[:, 0])
-    f[5, _YAW_RATIO] = known * turn
+    f[POSITION, YAW_RATIO] = 0.5 * known * turn * (x * rotation[:, 1] - y * rotation[:, 0])
+    f[5, YAW_RATIO] = known * turn
     noise = _noise(rotation, added)
     # The rest of the turn is as uncertain as the ratio, though nothing is learned from it.
-    noise[5, 5] += (1.0 - known**2) * turn**2 * float(state.full_covariance[_YAW_RATIO, _YAW_RATIO])
+    noise[5, 5] += (1.0 - known**2) * turn**2 * float(state.full_covariance[YAW_RATIO, YAW_RATIO])
     moved = f[:6, :6]
     predicted = replace(
         state,
@@ -104,6 +103,7 @@ def _by_wheels(
         twist=_smoothed(state.twist, motion, seconds),
         full_covariance=propagated(state.full_covariance, f, noise),
         accrued=moved @ state.accrued @ moved.T + noise[:6, :6],
+        by_ratio=moved @ state.by_ratio + f[:6, YAW_RATIO],
         rest=MOVING,
     )
     return predicted, motion
@@ -150,6 +150,7 @@ def _by_gyro(
         twist=twist,
         full_covariance=propagated(state.full_covariance, f, noise),
         accrued=moved @ state.accrued @ moved.T + noise[:6, :6],
+        by_ratio=moved @ state.by_ratio,
         force_sum=state.force_sum + (gyro.force - (0.0, across, 0.0)) * tilt,
         force_count=state.force_count + tilt,
         rest=rest,
@@ -195,7 +196,7 @@ def _noise(rotation: FloatArray, added: StepVariance) -> FloatArray:
     q[POSITION, POSITION] = (rotation * spread) @ rotation.T
     q[3, 3] = q[4, 4] = added.tilt
     q[5, 5] = added.heading
-    q[_YAW_RATIO, _YAW_RATIO] = added.ratio
+    q[YAW_RATIO, YAW_RATIO] = added.ratio
     return q
 
 

@@ -32,13 +32,15 @@ from localization.types import Pose, Twist
 STATES = 13
 """Number of errors that the filter estimates."""
 POSITION, ROTATION, GYRO_BIAS, KAPPA = slice(0, 3), slice(3, 6), slice(6, 9), slice(9, 13)
+YAW_RATIO = KAPPA.start + 1
 """Where the errors are in the state vector."""
 
 _NO_ERROR = np.zeros(STATES)
 _IDENTITY = np.eye(STATES)
 _NO_POSE_COVARIANCE = np.zeros((6, 6))
+_NO_POSE_ERROR = np.zeros(6)
 _NO_FORCE = np.zeros(3)
-for _constant in (_NO_ERROR, _IDENTITY, _NO_POSE_COVARIANCE, _NO_FORCE):
+for _constant in (_NO_ERROR, _IDENTITY, _NO_POSE_COVARIANCE, _NO_POSE_ERROR, _NO_FORCE):
     _constant.flags.writeable = False
 _FILTERPY = ExtendedKalmanFilter(dim_x=STATES, dim_z=6)
 """Template of the object that filterpy's update needs; each update works on a shallow copy."""
@@ -68,11 +70,19 @@ class FilterState:
     """Forward speed at the last ``update_tilt`` [m/s]; None before the first."""
     rest: Rest
     """How long nothing has moved."""
+    by_ratio: FloatArray
+    """(6,) derivative of the motion since ``mark`` by the logarithm of the yaw ratio, where wheels measure turns."""
 
     @property
     def covariance(self) -> FloatArray:
         """(6, 6) covariance of the pose error: position in ``map`` [m], rotation in base [rad]."""
         return self.full_covariance[:6, :6].copy()
+
+    @property
+    def motion_covariance(self) -> FloatArray:
+        """(6, 6) covariance of the motion since ``mark``: what the process added, and what the yaw ratio leaves open."""
+        ratio = float(self.full_covariance[YAW_RATIO, YAW_RATIO])
+        return self.accrued + ratio * np.outer(self.by_ratio, self.by_ratio)
 
     @property
     def bias_variance(self) -> Triple:
@@ -111,12 +121,13 @@ def initial_state(config: EkfConfig = EkfConfig()) -> FilterState:  # noqa: B008
         force_count=0,
         tilt_speed=None,
         rest=MOVING,
+        by_ratio=_NO_POSE_ERROR,
     )
 
 
 def mark(state: FilterState) -> FilterState:
-    """Return the state at the beginning of a new interval for ``accrued``."""
-    return replace(state, accrued=_NO_POSE_COVARIANCE)
+    """Return the state at the beginning of a new interval for ``accrued`` and ``by_ratio``."""
+    return replace(state, accrued=_NO_POSE_COVARIANCE, by_ratio=_NO_POSE_ERROR)
 
 
 def with_pose(state: FilterState, pose: Pose, covariance: FloatArray) -> FilterState:
@@ -135,7 +146,7 @@ def with_pose(state: FilterState, pose: Pose, covariance: FloatArray) -> FilterS
     p[:6, :] = 0.0
     p[:, :6] = 0.0
     p[:6, :6] = pose_covariance(covariance, "covariance of the new pose")
-    return replace(state, pose=pose, full_covariance=p, accrued=_NO_POSE_COVARIANCE)
+    return mark(replace(state, pose=pose, full_covariance=p))
 
 
 def with_pose_covariance(state: FilterState, covariance: FloatArray) -> FilterState:
@@ -204,6 +215,7 @@ def injected(state: FilterState, error: FloatArray, covariance: FloatArray) -> F
         state.force_count,
         state.tilt_speed,
         state.rest,
+        state.by_ratio,
     )
 
 

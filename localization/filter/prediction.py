@@ -112,6 +112,7 @@ def predict(
         state.force_count + 1,
         state.tilt_speed,
         rest,
+        state.by_ratio,
     )
     return predicted, motion
 

@@ -15,6 +15,7 @@ from localization.filter.ekf import (
     POSITION,
     ROTATION,
     STATES,
+    YAW_RATIO,
     FilterState,
     corrected,
     injected,
@@ -303,7 +304,7 @@ def relative_innovation(
 def relative_nis(state: FilterState, then: Pose, motion: Pose, covariance: FloatArray) -> float:
     """Return the normalised innovation squared of an observed motion; arguments as of ``relative_innovation``."""
     innovation, h, r = relative_innovation(state, then, motion, covariance)
-    return float(innovation @ np.linalg.solve(h @ state.accrued @ h.T + r, innovation))
+    return float(innovation @ np.linalg.solve(h @ state.motion_covariance @ h.T + r, innovation))
 
 
 def _departure(state: FilterState, then: Pose, motion: Pose) -> tuple[FloatArray, FloatArray]:
@@ -317,10 +318,12 @@ def _departure(state: FilterState, then: Pose, motion: Pose) -> tuple[FloatArray
 def update_relative(
     state: FilterState, then: Pose, motion: Pose, covariance: FloatArray, used: FloatArray
 ) -> FilterState:
-    """Correct what the process added since ``mark`` by an observed planar motion.
+    """Correct what was predicted since ``mark`` by an observed planar motion.
 
-    Only error that arose since ``mark`` can be corrected this way; the gain is that of a filter which had
-    cloned its pose then (stochastic cloning, Roumeliotis and Burdick 2002).
+    Only error of the motion since ``mark`` can be corrected this way; the gain is that of a filter which had
+    cloned its pose then (stochastic cloning, Roumeliotis and Burdick 2002). With g the motion's derivative by the yaw
+    ratio and Q what the process added, the motion's error has the covariance Q + g P_psi g', and that with all errors
+    P_psi g' + (Q, 0): whatever the map showed before, a turn that is observed to be another one corrects the ratio.
 
     Args:
         state: before.
@@ -339,11 +342,9 @@ def update_relative(
     if len(mix) == 0:
         return state
     innovation, h, r = mix @ innovation, mix @ h, mix @ covariance @ mix.T
-    spread = state.accrued @ h.T
-    s = h @ spread + r
-    gain = np.zeros((STATES, len(innovation)))
-    # Only what the pose has gathered since ``mark`` is known: biases and parameters stay.
-    gain[:6] = spread @ np.linalg.inv(s)
+    spread = np.outer(state.full_covariance[:, YAW_RATIO], h @ state.by_ratio)
+    spread[:6] += state.accrued @ h.T
+    gain = spread @ np.linalg.inv(s := h @ state.motion_covariance @ h.T + r)
     p = state.full_covariance - gain @ s @ gain.T
     return injected(state, gain @ innovation, 0.5 * (p + p.T))
 

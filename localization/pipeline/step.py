@@ -389,7 +389,9 @@ def _undone(state: State, config: LocalizerConfig) -> tuple[State, Events]:
     if state.replaced is None:
         return state, ()
     attitude = state.last.carried(state.replaced.odom_from_base).rotation
-    before = state.replaced.extended(state.odom_from_base, state.filter.accrued, attitude, None)
+    before = state.replaced.extended(
+        state.odom_from_base, state.filter.motion_covariance, attitude, None
+    )
     filter_ = before.restored(state.filter)
     undone = state._replace(
         filter=filter_,

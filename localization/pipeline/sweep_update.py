@@ -403,5 +403,7 @@ def _with_way_since_placement(
     seen = observed if replaced.steps is not None else None
     attitude = state.last.carried(replaced.odom_from_base).rotation
     return state._replace(
-        replaced=replaced.extended(state.odom_from_base, state.filter.accrued, attitude, seen),
+        replaced=replaced.extended(
+            state.odom_from_base, state.filter.motion_covariance, attitude, seen
+        ),
     )

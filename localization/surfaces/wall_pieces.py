@@ -133,4 +133,5 @@ def _piece(points: FloatArray, normals: FloatArray, of: IntArray) -> Piece:
     spread, axes = np.linalg.eigh(centred.T @ centred)
     if spread[1] > 30.0 * spread[0] and abs(axes[:, 0] @ normal) > _TURN:
         normal = axes[:, 0] * np.sign(axes[:, 0] @ normal)
-    return Piece(of, middle, normal)
+    # A short piece may hold the edge of something else, which its line does not pass.
+    return Piece(of[np.abs(centred @ normal) < 2.0 * _BENT], middle, normal)

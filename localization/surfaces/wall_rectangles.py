@@ -50,9 +50,12 @@ def rectangles_of(along: FloatArray, height: FloatArray) -> FloatArray:
         inside = (i >= i0) & (i < i1) & (j >= j0) & (j < j1)
         if not inside.any():
             continue
-        # A rectangle ends at its points where the piece ends, and otherwise where the next one begins.
-        left = along[inside].min() if _ends(seen, i0 - 1, j0, j1) else first + i0 * _BIN
-        right = along[inside].max() if _ends(seen, i1, j0, j1) else first + i1 * _BIN
+        # A rectangle ends at its points where the piece ends, and otherwise where the next one begins; one that
+        # would be mostly closed gap is the edge of something else in line with the wall, and ends at its points.
+        left, right = along[inside].min(), along[inside].max()
+        if 2.0 * (right - left) > (i1 - i0) * _BIN:
+            left = left if _ends(seen, i0 - 1, j0, j1) else first + i0 * _BIN
+            right = right if _ends(seen, i1, j0, j1) else first + i1 * _BIN
         low, high = height[inside].min(), height[inside].max()
         low = 0.0 if low < _FOOT else low
         found.append((left, right, low, highest if high > highest - _HEAD else high))

@@ -28,6 +28,8 @@ class Encoders:
         scale = 1.0 + config.encoder_scale_sigma * self._rng.standard_normal(2)
         self._scale: list[float] = scale.tolist()
         self._counts = [0, 0]
+        self.slips = list(config.slips)
+        """Injected faults."""
 
     def read(self, stamp: int, angles: FloatArray, dt: float) -> WheelSpeeds:
         """Return the rim speeds over the interval ``dt`` [s] that ends at ``stamp`` [ns].
@@ -45,7 +47,7 @@ class Encoders:
             total = round(angle * _PER_RADIAN)
             counts, self._counts[side] = total - self._counts[side], total
             speed = self._scale[side] * counts * self._metres_per_count / dt
-            for slip in self._config.slips:
+            for slip in self.slips:
                 if slip.active(stamp):
                     speed = slip.factor * speed
             # Wheels that did not move give no edges, and hence no noise.

@@ -1,4 +1,4 @@
-"""The commands ``farsteer kafka-bridge``, ``farsteer kafka-rest`` and ``farsteer servo-bridge``."""
+"""The commands of the bridges: to Kafka, to a board of servos, and to a motion base."""
 
 from __future__ import annotations
 
@@ -10,6 +10,10 @@ from localization.cli.terminal import say
 from localization.extras import require
 from teleop.bridges.broker_options import BrokerOptions
 from teleop.bridges.kafka.bridge_config import BridgeConfig
+from teleop.bridges.motion_platform.bridge_config import (
+    MotionPlatformConfig,
+    MotionReceiverConfig,
+)
 from teleop.bridges.rest.rest_config import RestConfig
 from teleop.bridges.servos.bridge_config import ServoBridgeConfig
 
@@ -72,3 +76,46 @@ class ServoBridge:
         from teleop.bridges.until_ended import run_until_ended
 
         return run_until_ended(run_servo_bridge(self.bridge, say))
+
+
+@dataclass(frozen=True)
+class MotionPlatform:
+    """Tilt a motion base as a robot tilts: a chair on six legs, whose driver takes a datagram each 10 ms.
+
+    Its position, rate and acceleration keep their limits whatever the robot does. Where the robot is silent, or its
+    emergency stop is latched, it settles level.
+    """
+
+    bridge: tyro.conf.OmitArgPrefixes[MotionPlatformConfig] = field(
+        default_factory=MotionPlatformConfig
+    )
+    """Robot and motion base."""
+
+    def __call__(self) -> int:
+        """Run until Ctrl-C."""
+        require("websockets", "the bridge to a motion base")
+        from teleop.bridges.motion_platform.bridge import run_motion_platform
+        from teleop.bridges.until_ended import run_until_ended
+
+        return run_until_ended(run_motion_platform(self.bridge, say))
+
+
+@dataclass(frozen=True)
+class MotionReceiver:
+    """Check the datagrams for a motion base as its driver should: their order, rate, limits and legs.
+
+    Without a motion base it shows what one would be asked for.
+    """
+
+    receiver: tyro.conf.OmitArgPrefixes[MotionReceiverConfig] = field(
+        default_factory=MotionReceiverConfig
+    )
+    """Platform, and where to listen."""
+
+    def __call__(self) -> int:
+        """Run until Ctrl-C."""
+        require("websockets", "the bridge to a motion base")
+        from teleop.bridges.motion_platform.bridge import run_motion_receiver
+        from teleop.bridges.until_ended import run_until_ended
+
+        return run_until_ended(run_motion_receiver(self.receiver, say))

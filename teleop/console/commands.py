@@ -1,4 +1,4 @@
-"""The command ``farsteer console``."""
+"""The commands ``farsteer console`` and ``farsteer tokens``."""
 
 from __future__ import annotations
 
@@ -48,4 +48,34 @@ class Console:
                 server.serve_forever()
             except KeyboardInterrupt:
                 say("\nended")
+        return 0
+
+
+@dataclass(frozen=True)
+class Tokens:
+    """List the tokens of the devices and links of a robot that is served with --lan, or revoke one.
+
+    A running robot goes by a change within two seconds, and disconnects the bearers of a revoked token.
+    """
+
+    revoke: str | None = None
+    """Name of the token that ends now."""
+
+    def __call__(self) -> int:
+        """Revoke, and list what is left."""
+        from datetime import UTC, datetime
+
+        from teleop import clock
+        from teleop.console.lan.state_files import state_folder
+        from teleop.console.lan.token_book import TokenBook
+
+        book = TokenBook(state_folder() / "lan" / "tokens.toml")
+        now = datetime.fromtimestamp(clock.unix_seconds(), UTC)
+        if not book.kept:
+            raise SettingError(f"there is no list in {book.file}: farsteer serve --lan makes it")
+        if self.revoke is not None:
+            book.remove(self.revoke, now)
+        for token in book.tokens(now):
+            end = f"until {token.until:%Y-%m-%d %H:%M} UTC" if token.until else "no end"
+            say(f"{token.name:32} {token.role:8} {'link' if token.link else 'device':8} {end}")
         return 0

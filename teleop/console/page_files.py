@@ -128,6 +128,7 @@ def security_headers(sources: str) -> dict[str, str]:
         "script-src 'self'",
         "style-src 'self'",
         "img-src 'self' data: blob:",
+        "manifest-src 'self'",
         f"connect-src {sources}",
         "worker-src 'self'",
         "frame-ancestors 'none'",

@@ -10,9 +10,12 @@ import random
 from abc import abstractmethod
 from collections.abc import Collection
 from dataclasses import dataclass, field, fields
+from pathlib import Path
 from typing import Final, Protocol as Interface
 
 from teleop.errors import SettingError
+from teleop.link.profiles import Profile, load_profile
+from teleop.link.recorded_trips import RecordedDelay, read_trips
 from teleop.rosbridge.protocol.connection import Connection
 from teleop.rosbridge.protocol.frame_delay import FrameDelay
 from teleop.rosbridge.protocol.observers import Observer
@@ -47,8 +50,9 @@ class Direction:
     def __post_init__(self) -> None:
         for setting in fields(self):
             value = getattr(self, setting.name)
-            if not 0.0 <= value < 1e6:
-                raise SettingError(f"link: {setting.name} must be 0 to 1e6, got {value}")
+            most = 1e9 if setting.name == "rate" else 1e6
+            if not 0.0 <= value < most:
+                raise SettingError(f"link: {setting.name} must be 0 to {most:g}, got {value}")
         if self.stall and self.period <= self.stall:
             raise SettingError(
                 f"link: a stall of {self.stall:g} s needs a longer period, got period={self.period:g}"
@@ -82,6 +86,10 @@ class Direction:
         return time
 
 
+_NAMES: Final = tuple(setting.name for setting in fields(Direction))
+_BOTH: Final = ("up", "down")
+
+
 @dataclass(frozen=True, slots=True)
 class LinkConfig:
     """An emulated link; the same for each client, each with a random sequence of its own."""
@@ -93,35 +101,70 @@ class LinkConfig:
     seed: int = 0
     """Seed of the jitter."""
 
+    up_trips: RecordedDelay | None = None
+    """Recorded delays to the robot, which add to those of ``up``."""
+    down_trips: RecordedDelay | None = None
+    """The same from the robot."""
+
+    @property
+    def courses(self) -> tuple[Course, Course]:
+        """The courses to the robot and from it."""
+        ways = (self.up, self.up_trips), (self.down, self.down_trips)
+        up, down = (one if trips is None else RecordedCourse(one, trips) for one, trips in ways)
+        return up, down
+
     @classmethod
     def parse(cls, words: tuple[str, ...]) -> LinkConfig:
         """Read settings such as ``delay=0.3``, for both directions, or ``up.delay=0.3``, for one.
 
+        A word without a number is the name of a profile, whose figures later words change; ``trips=FILE`` replays
+        recorded round trips.
+
         Raises:
             SettingError: If a word is no setting; the message lists those there are.
         """
-        names = [setting.name for setting in fields(Direction)]
+        profile = Profile()
         values: dict[str, dict[str, float]] = {"up": {}, "down": {}}
+        trips: Path | None = None
         seed = 0
         for word in words:
             key, equals, text = word.partition("=")
-            direction, dot, name = key.rpartition(".")
-            try:
-                number = float(text)
-                if key == "seed" and equals:
-                    seed = int(text)
-                    continue
-            except ValueError:
-                raise SettingError(f"link: {word!r} needs a number after '='") from None
-            if name not in names or (dot and direction not in values):
-                known = ", ".join((*names, "seed"))
-                raise SettingError(
-                    f"link: {word!r} is no setting; there are {known}, each also for one direction, as in"
-                    " up.delay=0.3"
-                )
-            for each in (direction,) if dot else values:
-                values[each][name] = number
-        return cls(Direction(**values["up"]), Direction(**values["down"]), seed)
+            if not equals:
+                profile = load_profile(word)
+            elif key == "trips":
+                trips = Path(text)
+            elif key == "seed":
+                seed = int(_number(word, text))
+            else:
+                for direction in _directions(key, word):
+                    values[direction][key.rpartition(".")[2]] = _number(word, text)
+        up_trips, down_trips = (None, None) if trips is None else read_trips(trips)
+        return cls(
+            Direction(**{**profile.up, **values["up"]}),
+            Direction(**{**profile.down, **values["down"]}),
+            seed,
+            up_trips or profile.up_trips,
+            down_trips or profile.down_trips,
+        )
+
+
+def _number(word: str, text: str) -> float:
+    try:
+        return float(text)
+    except ValueError:
+        raise SettingError(f"link: {word!r} needs a number after '='") from None
+
+
+def _directions(key: str, word: str) -> tuple[str, ...]:
+    """Return the directions that a setting is of."""
+    direction, dot, name = key.rpartition(".")
+    if name in _NAMES and (not dot or direction in _BOTH):
+        return (direction,) if dot else _BOTH
+    known = ", ".join((*_NAMES, "trips", "seed"))
+    raise SettingError(
+        f"link: {word!r} is no setting; there are {known}, each but the last two also for one direction, as in"
+        " up.delay=0.3"
+    )
 
 
 class Course(Interface):
@@ -143,6 +186,38 @@ class Course(Interface):
         """Return when a message comes out whose way ends at ``time``."""
 
 
+@dataclass(frozen=True, slots=True)
+class RecordedCourse(Course):
+    """A direction whose delay is that of its settings and of a recording together."""
+
+    direction: Direction
+    trips: RecordedDelay
+
+    def open_at(self, time: int) -> int:
+        """Return the first time at or after ``time`` at which both take messages."""
+        while True:
+            opened = self.trips.at(self.direction.open_at(time))[0]
+            if opened == self.direction.open_at(opened):
+                return opened
+            time = opened
+
+    def carried(self, start: int, size: int) -> int:
+        """Return when a message of a size [bytes] is on the link whose first byte is at ``start``."""
+        return self.direction.carried(start, size)
+
+    def delay_at(self, time: int) -> float:
+        """Return the time that a message takes that enters at ``time`` [s]."""
+        return self.direction.delay_at(time) + self.trips.at(time)[1]
+
+    def jitter_at(self, time: int) -> float:
+        """Return the largest additional delay of a message that enters at ``time`` [s]."""
+        return self.direction.jitter_at(time)
+
+    def through(self, time: int) -> int:
+        """Return when a message comes out whose way ends at ``time``."""
+        return self.direction.through(time)
+
+
 class _Line:
     """One direction of one client's link: when what enters it comes out."""
 
@@ -152,6 +227,10 @@ class _Line:
         self._random, self._random_of_pings = random.Random(seed), random.Random(f"{seed} pings")
         self._free = begin
         self._last = begin
+
+    def follow(self, course: Course, begin: int) -> None:
+        """Take another course, which counts its time from ``begin`` [ns]; what is on the link stays on its way."""
+        self._course, self._begin = course, begin
 
     def free(self, now: int) -> int:
         """Return the time from which on another message can enter [ns]; ``now`` if it can at once."""
@@ -242,5 +321,12 @@ class LinkEmulation(EmulatedLinks):
         super().__init__(seed=config.seed, clock_services=(clock_service,) if clock_service else ())
         self._config = config
 
+    def change(self, config: LinkConfig, now: int) -> None:
+        """Give all clients other settings from now [ns] on; the seed stays."""
+        self._config = config
+        for lines in self._lines.values():
+            for line, course in zip(lines, config.courses, strict=True):
+                line.follow(course, now)
+
     def _courses(self, client: int, now: int) -> tuple[Course, Course, int]:
-        return self._config.up, self._config.down, now
+        return *self._config.courses, now

@@ -9,7 +9,6 @@ import numpy as np
 
 from localization.types import Pose
 from teleop.operator.message_decoding import stamp_of
-from teleop.operator.named_places import scene_places
 from teleop.operator.operating_data import operating_data
 from teleop.operator.operator_client import OperatorClient
 from teleop.operator.robot_state.event_list import EventList
@@ -28,7 +27,7 @@ class HintDesk:
         Args:
             operator: The operator's client.
             events: Events for the user.
-            places: Named places; those of the scene that the map is named after by default.
+            places: Named places; those that the robot names by default.
         """
         self._operator, self._events, self._places = operator, events, places
         self.verdict: str | None = None
@@ -54,9 +53,7 @@ class HintDesk:
 
     def menu(self) -> Mapping[str, Pose]:
         """Return the places for hints."""
-        places = self._places
-        if places is None:
-            places = scene_places(self._operator.map_name)
+        places = self._operator.places if self._places is None else self._places
         if not places:
             self._events.add("no places are known: start with --places FILE, or type the numbers")
         return places

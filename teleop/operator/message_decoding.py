@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any, TypeAlias
 
 import numpy as np
 import numpy.typing as npt
 
 from localization.geometry import FloatArray
+from localization.logs.ros_geometry import pose_from_transform
 from localization.logs.ros_stamps import stamp_from_message
+from localization.types import Pose
 from teleop.errors import TeleopError
 
 Message: TypeAlias = Mapping[str, Any]
@@ -27,6 +29,14 @@ def stamp_of(message: Message) -> int | None:
     """Return the stamp [ns] in a message's header; None if it has no header."""
     stamp = message.get("header", {}).get("stamp")
     return None if stamp is None else stamp_from_message(stamp)
+
+
+def map_from_base(transforms: Sequence[Mapping[str, Any]]) -> Pose | None:
+    """Chain ``map`` to ``odom`` to ``base_link``; None before the robot is localised."""
+    poses = {t["child_frame_id"]: pose_from_transform(t["transform"]) for t in transforms}
+    if "odom" not in poses or "base_link" not in poses:
+        return None
+    return poses["odom"] @ poses["base_link"]
 
 
 def covariance_of(value: npt.ArrayLike) -> FloatArray:

@@ -1,10 +1,9 @@
-"""Named places of a map, for hints: from the scene's file or one of the operator's own."""
+"""Named places of a map, for hints: from a file of the operator's."""
 
 from __future__ import annotations
 
 import tomllib
 from collections.abc import Mapping
-from importlib.util import find_spec
 from pathlib import Path
 from typing import Final
 
@@ -34,22 +33,6 @@ def read_places(path: Path) -> dict[str, Pose]:
     if not isinstance(places, dict) or not places:
         raise SettingError(f"{path} needs a table [places] with entries such as {_EXAMPLE}")
     return {name: _pose(name, value, path) for name, value in places.items()}
-
-
-def scene_places(name: str) -> dict[str, Pose]:
-    """Return the places of the shipped scene that a map is named after; none if there is no such scene.
-
-    The scenes lie beside the simulator, which is neither needed nor imported for them.
-    """
-    spec = find_spec("robot_sim")
-    if spec is None or spec.origin is None or not name.isidentifier():
-        return {}
-    package = Path(spec.origin).parent
-    for scenes in (package / "scenes", package.parent / "scenes"):
-        file = scenes / name / "world.toml"
-        if file.is_file():
-            return read_places(file)
-    return {}
 
 
 def pose_of(values: list[float]) -> Pose:

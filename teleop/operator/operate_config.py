@@ -20,7 +20,7 @@ class OperateConfig:
     map: Path | None = None
     """A copy of the robot's map, used if its hash is right; otherwise the robot's own is fetched and kept."""
     places: Path | None = None
-    """Named places for hints (TOML, as in a scene's world.toml); those of the scene named like the map by default."""
+    """Named places for hints (TOML, as in a scene's world.toml); those that the robot names by default."""
     record: Path | None = None
     """Record the display to this file (.rrd)."""
     viewer: bool = True

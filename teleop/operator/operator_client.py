@@ -2,19 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from functools import partial
 from typing import Any, Final
 
 import numpy as np
 
 from localization.geometry import FloatArray
-from localization.logs.ros_geometry import pose_from_transform, pose_to_dict
+from localization.logs.ros_geometry import pose_from_message, pose_to_dict
 from localization.logs.ros_stamps import stamp_from_message, stamp_to_dict
 from localization.maps.cloud import Cloud
 from localization.types import Health, Pose, Twist
 from teleop.joystick import JoystickLayout, write_joy
 from teleop.operator.display.threaded_display import DisplayProtocol
+from teleop.operator.message_decoding import map_from_base
 from teleop.rosbridge.client.client import Client
 
 TOPICS: Final[Mapping[str, str]] = {
@@ -102,6 +103,8 @@ class OperatorClient:
         """Hash of the robot's map; empty until it is received."""
         self.map_name = ""
         """Name of the robot's map; empty until it is received."""
+        self.places: Mapping[str, Pose] = {}
+        """Named places of the map."""
 
     async def start(self) -> None:
         """Subscribe to the topics and advertise what will be published."""
@@ -123,6 +126,8 @@ class OperatorClient:
                 self.now = stamp_from_message(message["clock"])
             case "/map_info":
                 self.map_sha256, self.map_name = str(message["sha256"]), str(message["name"])
+                poses = [pose_from_message(pose) for pose in message.get("places", ())]
+                self.places = dict(zip(message.get("place_names", ()), poses, strict=False))
             case "/localization/status":
                 self.health = Health(message["health"])
             case "/tf":
@@ -184,11 +189,3 @@ class OperatorClient:
                 },
             },
         )
-
-
-def map_from_base(transforms: Sequence[Mapping[str, Any]]) -> Pose | None:
-    """Chain ``map`` to ``odom`` to ``base_link``; None before the robot is localised."""
-    poses = {t["child_frame_id"]: pose_from_transform(t["transform"]) for t in transforms}
-    if "odom" not in poses or "base_link" not in poses:
-        return None
-    return poses["odom"] @ poses["base_link"]

@@ -21,6 +21,7 @@ class Watch:
         self._hub, self.format, self._take = hub, wanted, take
         self._newest: Picture | None = None
         self._arrived = asyncio.Event()
+        self._closed = False
 
     async def next(self) -> Picture:
         """Wait for a picture that this viewer has not had, and return the newest."""
@@ -37,8 +38,19 @@ class Watch:
         self._newest = picture
         self._arrived.set()
 
+    def rest(self) -> None:
+        """Watch nothing until ``resume``; what waits is dropped."""
+        self._hub.drop(self)
+        self._arrived.clear()
+
+    def resume(self) -> None:
+        """Watch again after a rest, unless it was closed in it."""
+        if not self._closed:
+            self._hub.add(self)
+
     def close(self) -> None:
         """Stop watching."""
+        self._closed = True
         self._hub.drop(self)
 
 
@@ -69,11 +81,15 @@ class PictureHub:
             take: Called at once with each picture, for a viewer that never waits; otherwise await ``next``.
         """
         watch = Watch(self, wanted, take)
-        new = wanted not in self._watches
-        self._watches.setdefault(wanted, []).append(watch)
+        self.add(watch)
+        return watch
+
+    def add(self, watch: Watch) -> None:
+        """Offer a watch pictures from now on."""
+        new = watch.format not in self._watches
+        self._watches.setdefault(watch.format, []).append(watch)
         if new:
             self._wanted_changed(self.wanted)
-        return watch
 
     def drop(self, watch: Watch) -> None:
         """Forget a watch."""

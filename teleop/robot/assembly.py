@@ -108,10 +108,12 @@ def build_stepped_robot(
     safety = _safety(parts, simulation)
     robot = Robot(simulation, localizer, safety, arm=_arm(parts, simulation, safety), stage=stage)
     stepped: SteppedRobot | None = None
-    platform, mounts, arm = simulation.world.robot, simulation.mounts, ArmFit.of(parts.world)
+    world, mounts, arm = simulation.world, simulation.mounts, ArmFit.of(parts.world)
     gateway = Gateway(
         config,
-        lambda camera: latched_messages(cloud, platform, mounts, run_id, camera=camera, arm=arm),
+        lambda camera: latched_messages(
+            cloud, world.robot, mounts, run_id, places=world.places, camera=camera, arm=arm
+        ),
         lambda: 0 if stepped is None else stepped.stamp,
         undo_memory=localizer.config.undo_memory,
         scene=simulation.world.name,

@@ -40,44 +40,21 @@ class Serve:
 
         import asyncio
 
-        from localization.maps.prepared_map import default_cache
-        from teleop.console.browser import NO_BROWSER, open_in_browser
         from teleop.robot.real_time.process_name import name_process
-        from teleop.robot.serve import serve
-        from teleop.robot.serving.address import Address
-        from teleop.robot.serving.greeting import greeting
+        from teleop.robot.served_scene import anew, serve_scene
         from teleop.robot.serving.lan_access import lan_access
         from teleop.robot.serving.option_checks import check_options
-        from teleop.robot.serving.other_map import load_other_map
-        from teleop.robot.serving.page_invitation import local_page_address
-        from teleop.scene_clouds import load_scene_cloud, scene_cloud_path
 
         if not config.lockstep:
             name_process("control")
         config, access = lan_access(config) if config.lan else (config, None)
         asyncio.run(check_options(config))
-        world = config.robot.world(self.scene, config.seed)
-        if config.map is None:
-            cloud, path = load_scene_cloud(self.scene), scene_cloud_path(self.scene)
-        else:
-            cloud, path = load_other_map(config.map, world), config.map
-        say(*(f"note: {note}" for note in world.notes))
-
-        def ready(address: Address) -> None:
-            say(greeting(address, world, cloud, path, config, access))
-            if config.open and address.page and not open_in_browser(local_page_address(address)):
-                say(NO_BROWSER)
-
-        factor = asyncio.run(
-            serve(
-                world,
-                cloud,
-                config,
-                cache=default_cache(),
-                map_file=path,
-                ready=ready,
-            )
-        )
+        scene = self.scene
+        factor, wish = serve_scene(scene, config, access)
+        while wish is not None:
+            scene, config = wish.choice.scene or scene, anew(config, wish)
+            say(f"\nstarts anew in {scene}, as somebody in the playground wants")
+            factor, wish = serve_scene(scene, config, access)
         say("\nended" if config.lockstep else f"\nended; kept {factor:.2f} of real time")
         return 0
 

@@ -32,10 +32,11 @@ from teleop.robot.safety.safety import Safety
 from teleop.robot.safety.speed_limits import SpeedLimits
 from teleop.robot.step_results import StepOutcome
 from teleop.robot.steps.step_queue import StepQueue
-from teleop.robot.tick_record import NO_PACING, DriveRecord, Pacing, Rejection
+from teleop.robot.tick_record import NO_PACING, PAUSED, DriveRecord, Pacing, Rejection
 
 if TYPE_CHECKING:  # imported only where there is an arm
     from teleop.robot.arm_drive import ArmDrive
+    from teleop.robot.playground.playground import Playground
 
 Stages = Callable[[str], AbstractContextManager[object]]
 """Returns a context that measures the named stage of a tick."""
@@ -65,6 +66,9 @@ class Drive:
         self.steps = StepQueue(self.safety, simulation.world.robot, simulation.config.drive)
         """Steps that wait or are driven."""
 
+        self.playground: Playground | None = None
+        """What lets clients change the world; None unless that is wanted."""
+        self._last: DriveRecord | None = None
         self.taken = 0
         """Number of messages of clients that have been taken so far."""
 
@@ -80,8 +84,13 @@ class Drive:
             inbox: Messages that arrived since the last tick, in order.
             pacing: How well the ticks keep time, for the record.
         """
-        rejections = self._obey(now, inbox)
         self.taken += sum(bool(message.client) for message in inbox)
+        refused: tuple[Rejection, ...] = ()
+        if self.playground is not None:
+            inbox, refused = self.playground.admit(inbox)
+        rejections = (*refused, *self._obey(now, inbox))
+        if self.playground is not None and self.playground.paused and self._last is not None:
+            return self._paused(now, inbox, rejections, pacing)
         dated = tuple(self._dated(message) for message in inbox)
         self.steps.steer(now, self.simulation.stamp, self.simulation.condition)
         command = self.safety.command(now)
@@ -96,7 +105,7 @@ class Drive:
         if self.arm is not None:
             with self._stage("arm"):
                 arm = self.arm.measure()
-        return DriveRecord(
+        self._last = DriveRecord(
             stamp=self.simulation.stamp,
             robot=self.simulation.world.robot,
             inbox=dated,
@@ -111,6 +120,34 @@ class Drive:
             pacing=pacing,
             steps=self.steps.report(),
             arm=arm,
+            world_answers=() if self.playground is None else self.playground.answers,
+        )
+        return self._last
+
+    def _paused(
+        self,
+        now: int,
+        inbox: Sequence[InboxMessage],
+        rejections: tuple[Rejection, ...],
+        pacing: Pacing,
+    ) -> DriveRecord:
+        """Return the record of a tick in which the world stands still, and the command is zero."""
+        assert self._last is not None
+        assert self.playground is not None
+        self.safety.command(now)
+        return replace(
+            self._last,
+            inbox=tuple(inbox),
+            sensed=(),
+            control=replace(self.safety.state(now), reason=PAUSED),
+            rejections=rejections,
+            packet=None,
+            attitude=None,
+            taken=self.taken,
+            pacing=pacing,
+            steps=self.steps.report(),
+            world_answers=self.playground.answers,
+            paused=True,
         )
 
     def server_lost(self, why: str) -> None:

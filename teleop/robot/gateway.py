@@ -12,6 +12,7 @@ from teleop.link.emulation import EmulatedLinks
 from teleop.robot.arm.arm_fit import ArmFit
 from teleop.robot.audit.audit_log import AuditLog
 from teleop.robot.clients.rosbridge_adapter import RosbridgeAdapter
+from teleop.robot.playground.playground_services import PlaygroundServices
 from teleop.robot.serving.address import Address
 from teleop.robot.serving.serve_config import ServeConfig
 from teleop.robot.serving.server_setup import (
@@ -24,6 +25,7 @@ from teleop.robot.serving.server_setup import (
     token_file,
     watch_tokens,
 )
+from teleop.robot.serving.share_services import offer_sharing
 from teleop.robot.tick_record import DriveRecord, EstimateRecord
 from teleop.robot.topics.message_parts import Message
 from teleop.robot.topics.topic_table import Interface
@@ -122,6 +124,13 @@ class Gateway:
             """The robot's topics and services."""
             self._cleanup = cleanup.pop_all()
 
+        if config.lan and config.tokens is not None:
+            offer_sharing(self.server, config.tokens, self._audit)
+        self._playground: PlaygroundServices | None = None
+        if config.playground:
+            protocol, wishes = self.server.protocol, self.adapter.wishes
+            self._playground = PlaygroundServices(protocol, wishes, self._audit)
+
     def offer_files(self, map_file: Path | None, surfaces: bytes | None = None) -> None:
         """Offer the console page, the map if there is a file of it, and its surfaces if given, over HTTP on the same port."""
         offer_map(self.server, map_file)
@@ -133,6 +142,10 @@ class Gateway:
         """Publish what control did in a tick."""
         self._stamp = tick.stamp
         self.adapter.driven(tick)
+        if self._playground is not None:
+            self._playground.driven(tick)
+        if tick.paused:
+            return
         if self._video is not None:
             self._video.driven(tick)
         if self.camera is not None:

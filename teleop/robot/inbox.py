@@ -193,6 +193,20 @@ class ArmWish:
     """See ``DriveCommand``."""
 
 
+@dataclass(frozen=True, slots=True)
+class WorldCall:
+    """A client calls a service of the playground."""
+
+    client: str
+    """Name of the client."""
+    number: int
+    """Number of the call, from 1; no other call of the same server has it."""
+    service: str
+    """Name of the service's type, such as ``SetEntityState``."""
+    request: str
+    """The request, as JSON."""
+
+
 InboxMessage: TypeAlias = (
     DriveCommand
     | PoseHint
@@ -210,5 +224,6 @@ InboxMessage: TypeAlias = (
     | StepAlive
     | StepAnswered
     | ArmWish
+    | WorldCall
 )
 """Everything that clients can send to the robot."""

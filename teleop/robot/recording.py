@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 import contextlib
+import json
 import logging
 from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
 from localization.logs.mcap_writer import ReadingsWriter
+from localization.logs.ros_types import build
 from localization.types import Reading
+from teleop.robot.inbox import InboxMessage, WorldCall
 from teleop.robot.steps.precision_log import StepRow, StepsWriter
 from teleop.robot.topics.arm_joints import arm_joints_message
 
@@ -18,6 +21,9 @@ if TYPE_CHECKING:  # imported only where there is an arm
 
 ARM_JOINTS: Final = "/arm/joint_states"
 """Topic of the arm's joints in a log; on the wire they share that of the wheels, which a localiser reads."""
+
+PLAYGROUND: Final = "/playground/calls"
+"""Topic of the calls of the playground in a log, as JSON."""
 
 _LOG: Final = logging.getLogger(__name__)
 
@@ -49,6 +55,25 @@ class Recording:
                 log.write(reading, stamp)
             if arm is not None:
                 log.write_beside(ARM_JOINTS, arm_joints_message(arm), stamp)
+
+        if not self._survives("log", write):
+            self._log = None
+            log.abandon()
+
+    def calls(self, inbox: Sequence[InboxMessage], stamp: int) -> None:
+        """Log what clients have changed in a simulated world, by a time [ns]."""
+        log = self._log
+        lines = [
+            json.dumps({"client": m.client, "service": m.service, "request": json.loads(m.request)})
+            for m in inbox
+            if isinstance(m, WorldCall)
+        ]
+        if log is None or not lines:
+            return
+
+        def write() -> None:
+            for line in lines:
+                log.write_beside(PLAYGROUND, build("std_msgs/msg/String", data=line), stamp)
 
         if not self._survives("log", write):
             self._log = None

@@ -28,6 +28,7 @@ from teleop.robot.arm.arm_fit import ArmFit
 from teleop.robot.assembly import RobotParts, build_drive, build_stepped_robot
 from teleop.robot.inbox import PoseHint
 from teleop.robot.lockstep_service import LockstepService
+from teleop.robot.playground.playground import Playground, WorldChoice
 from teleop.robot.real_time.child_process import ChildProcess
 from teleop.robot.real_time.control_process import ControlProcess
 from teleop.robot.real_time.process_messages import (
@@ -67,6 +68,7 @@ async def serve(
     map_file: Path | None = None,
     ready: Callable[[Address], None] = lambda address: None,
     stop: asyncio.Event | None = None,
+    again: Callable[[WorldChoice, Address], object] = lambda choice, address: None,
 ) -> float:
     """Serve in real time or in lockstep, until Ctrl-C or until ``stop`` is set.
 
@@ -78,6 +80,7 @@ async def serve(
         map_file: File that is offered over HTTP, on the same port, as ``/map.ply`` and by its hash.
         ready: Called once clients can connect.
         stop: Ends serving.
+        again: Called at the end if somebody in the playground wants another world at the same address.
 
     Returns:
         The real-time factor that was achieved; 0 in lockstep, which has none.
@@ -93,7 +96,7 @@ async def serve(
     if config.lockstep:
         await _serve_in_lockstep(world, cloud, config, cache, map_file, ready, stop)
         return 0.0
-    return await _serve_in_real_time(world, cloud, config, cache, map_file, ready, stop)
+    return await _serve_in_real_time(world, cloud, config, cache, map_file, ready, stop, again)
 
 
 async def _serve_in_lockstep(
@@ -131,6 +134,7 @@ async def _serve_in_real_time(
     map_file: Path | None,
     ready: Callable[[Address], None],
     stop: asyncio.Event,
+    again: Callable[[WorldChoice, Address], object],
 ) -> float:
     """Be the control process; the gateway and the estimator are processes of their own."""
     # They load their libraries while the robot is built here.
@@ -140,6 +144,8 @@ async def _serve_in_real_time(
     try:
         drive = build_drive(RobotParts.of(world, config))
         simulation = drive.simulation
+        if config.playground:
+            drive.playground = Playground(simulation)
         for_estimator = EstimatorSetup(
             cloud,
             simulation.mounts,
@@ -191,7 +197,10 @@ async def _serve_in_real_time(
         await asyncio.wait({driving, waiting}, return_when=asyncio.FIRST_COMPLETED)
         waiting.cancel()
         ended.set()
-        return await driving
+        factor = await driving
+        if drive.playground is not None and drive.playground.next_world is not None:
+            again(drive.playground.next_world, address)
+        return factor
     finally:
         process.end()
         if camera is not None:
@@ -202,9 +211,16 @@ def _latched(
     cloud: Cloud, simulation: Simulation, camera: CameraModel | None
 ) -> Mapping[Interface, Message]:
     """Return what is published once, with an identity of this run."""
-    robot, run_id = simulation.world.robot, secrets.token_hex(8)
-    arm = ArmFit.of(simulation.world)
-    return latched_messages(cloud, robot, simulation.mounts, run_id, camera=camera, arm=arm)
+    world, run_id = simulation.world, secrets.token_hex(8)
+    return latched_messages(
+        cloud,
+        world.robot,
+        simulation.mounts,
+        run_id,
+        places=world.places,
+        camera=camera,
+        arm=ArmFit.of(world),
+    )
 
 
 def _start_camera(world: World, config: ServeConfig) -> CameraStart | None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
@@ -34,6 +34,16 @@ class Rejection:
 
 
 @dataclass(frozen=True, slots=True)
+class WorldAnswer:
+    """What a call of the playground is answered."""
+
+    number: int
+    """Number of the call."""
+    response: dict[str, Any]
+    """Fields of the response."""
+
+
+@dataclass(frozen=True, slots=True)
 class Pacing:
     """How well the ticks of a robot in real time keep time."""
 
@@ -51,6 +61,9 @@ class Pacing:
         """Simulated over elapsed time."""
         return 1.0 - self.lost / self.elapsed if self.elapsed else 1.0
 
+
+PAUSED: Final = "the simulation is paused in the playground"
+"""Why the robot stands still then, for people."""
 
 NO_PACING: Final = Pacing()
 """Of ticks that follow no clock."""
@@ -88,6 +101,10 @@ class DriveRecord:
     """The steps that wait, are driven, or have ended."""
     arm: ArmState | None = None
     """The arm; None without one."""
+    world_answers: tuple[WorldAnswer, ...] = ()
+    """What the calls of the playground in this tick are answered."""
+    paused: bool = False
+    """Whether the world stood still: apart from inbox, command path and steps it is the record of before."""
 
     @property
     def readings(self) -> tuple[Reading, ...]:

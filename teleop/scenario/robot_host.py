@@ -19,6 +19,7 @@ from teleop.errors import TeleopError
 from teleop.robot.lockstep_service import LockstepService
 from teleop.robot.serving.server_setup import offer_map, offer_surfaces
 from teleop.robot.tick_record import TickRecord
+from teleop.robot.world_control.spares import SPARE_BOXES, SPARE_PEOPLE
 from teleop.rosbridge.auth.authenticator import Authenticator
 from teleop.scenario.files.reading import scenario_from
 from teleop.scenario.files.scenario import Scenario
@@ -37,11 +38,6 @@ _SETTLING: Final = 0.002
 """Real time for frames that have been sent before a request to be read [s]."""
 _REFUSALS: Final = (TeleopError, LocalizationError, SimulationError, ValueError, TypeError)
 """Errors that the test is answered with."""
-
-_SPARE_BOXES: Final = ((0.4, 0.4, 0.4), (0.6, 0.6, 1.0), (1.2, 0.6, 0.8), (2.0, 0.2, 2.0))
-"""Sizes of the boxes that can be spawned [m]."""
-_SPARE_PEOPLE: Final = 2
-"""Number of people that can be spawned."""
 
 Answer = dict[str, Any]
 
@@ -178,8 +174,8 @@ def _with_spares(scene: Scene, scenario: Scenario) -> Scene:
         name,
         scenario.seed if scenario.world.alive else 0,
         extras_of(scenario, scene.world),
-        spare_boxes=_SPARE_BOXES,
-        spare_people=_SPARE_PEOPLE,
+        spare_boxes=SPARE_BOXES,
+        spare_people=SPARE_PEOPLE,
     )
     return replace(scene, world=world)
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import asyncio
 from collections.abc import AsyncIterator, Callable
 from typing import Final
 
@@ -44,19 +45,26 @@ def part(picture: Picture) -> bytes:
     return b"".join((head.encode(), picture.data, f"\r\n--{BOUNDARY}\r\n".encode()))
 
 
-async def mjpeg(watch: Watch, may_go_on: Callable[[], bool]) -> AsyncIterator[bytes]:
+async def mjpeg(watch: Watch, may_go_on: Callable[[], bool], rate: int = 0) -> AsyncIterator[bytes]:
     """Yield the parts of a stream; of the pictures that come in between, a slow viewer gets the newest.
 
     Args:
         watch: The viewer's watch; its owner closes it.
         may_go_on: Returns whether the viewer may go on watching; asked once a second.
+        rate: Most pictures in a second; 0 for all. Between two of them nothing is watched, so that nothing is drawn.
     """
+    loop = asyncio.get_running_loop()
     yield f"--{BOUNDARY}\r\n".encode()
     checked: int | None = None
     while True:
+        begun = loop.time()
         picture = await watch.next()
         if checked is None or not 0 <= picture.stamp - checked < _CHECK_PERIOD:
             checked = picture.stamp
             if not may_go_on():
                 return
         yield part(picture)
+        if rate > 0:
+            watch.rest()
+            await asyncio.sleep(begun + 1.0 / rate - loop.time())
+            watch.resume()

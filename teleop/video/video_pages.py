@@ -15,7 +15,7 @@ from teleop.rosbridge.server.http_handlers import HttpHandlers, HttpRequest, Rou
 from teleop.rosbridge.server.http_pages import Page
 from teleop.video.mjpeg import NEVER_CACHED, STREAM_HEADERS, mjpeg, stamp_text
 from teleop.video.refusal import VideoRefusedError, answering
-from teleop.video.video_topics import VideoTopic, check_stream_type, wanted_picture
+from teleop.video.video_topics import VideoTopic, check_stream_type, wanted_picture, wanted_rate
 from teleop.video.viewer_access import ViewerAccess
 from teleop.video.viewer_places import ViewerPlaces
 
@@ -79,7 +79,7 @@ class VideoPages:
 
     async def _stream(self, request: HttpRequest) -> Stream:
         check_stream_type(request.query)
-        wanted = wanted_picture(request.query, self._topics)
+        wanted, rate = wanted_picture(request.query, self._topics), wanted_rate(request.query)
         access = self._access.check(request, wanted.topic)
         leave = self._places.take(request.address, wanted)
         watch = self._hub.watch(wanted)
@@ -88,7 +88,7 @@ class VideoPages:
             watch.close()
             leave()
 
-        chunks = mjpeg(watch, lambda: self._access.still(access))
+        chunks = mjpeg(watch, lambda: self._access.still(access), rate)
         return Stream(STREAM_HEADERS, chunks, ended)
 
     async def _snapshot(self, request: HttpRequest) -> Page:

@@ -13,6 +13,9 @@ from teleop.video.refusal import VideoRefusedError
 DEFAULT_QUALITY: Final = 95
 """Quality unless a viewer asks for another, as in ``web_video_server``."""
 
+FASTEST: Final = 60
+"""Largest ``rate`` that a viewer may ask for [1/s]: more than any camera has."""
+
 _NO: Final = ("", "0", "false", "no")
 """Values of ``invert`` that leave a picture as it is; its bare presence turns it, as in ``web_video_server``."""
 
@@ -63,6 +66,15 @@ def wanted_picture(query: Mapping[str, str], topics: Sequence[VideoTopic]) -> Pi
     height = _number(query, "height", topic.height, topic.height)
     inverted = "invert" in query and (query["invert"] == "" or query["invert"].lower() not in _NO)
     return PictureFormat(topic.source, "jpeg", width, height, quality, inverted)
+
+
+def wanted_rate(query: Mapping[str, str]) -> int:
+    """Return how many pictures a second an address asks for at most; 0 for all.
+
+    Raises:
+        VideoRefusedError: If it is no such number.
+    """
+    return _number(query, "rate", 0, FASTEST)
 
 
 def check_stream_type(query: Mapping[str, str]) -> None:

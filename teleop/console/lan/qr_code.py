@@ -1,4 +1,4 @@
-"""QR code of an address as text for a terminal."""
+"""QR code of an address, as text for a terminal and as a picture."""
 
 from __future__ import annotations
 
@@ -25,3 +25,16 @@ def qr_text(address: str) -> str:
     out = io.StringIO()
     segno.make_qr(address, error="m").terminal(out, border=2, compact=True)
     return "\n".join(f"{_COLOURS}{line}{_END}" for line in out.getvalue().splitlines())
+
+
+def qr_picture(address: str) -> str:
+    """Return the QR code of an address as a picture's own address, ``data:image/svg+xml``, dark on white.
+
+    Raises:
+        MissingLibraryError: If the library is missing.
+    """
+    require("segno", "--lan")
+    import segno
+
+    picture: str = segno.make_qr(address, error="m").svg_data_uri(light="white", scale=6)
+    return picture

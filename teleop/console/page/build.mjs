@@ -1,5 +1,5 @@
-// Builds the page: scripts, one style sheet, the licences of what is bundled. Usage: node build.mjs [FOLDER]
-import { mkdir, readdir, readFile, rm, writeFile } from "node:fs/promises";
+// Builds the page: scripts, one style sheet, manifest and icon, the licences of what is bundled. Usage: node build.mjs [FOLDER]
+import { cp, mkdir, readdir, readFile, rm, writeFile } from "node:fs/promises";
 import { dirname, join, relative } from "node:path";
 import { fileURLToPath } from "node:url";
 import { build, transform } from "esbuild";
@@ -29,6 +29,7 @@ const [entry] = Object.keys(page.metafile.outputs).filter((name) => name.endsWit
 const index = await readFile(join(here, "index.html"), "utf8");
 const links = [...neededBy(entry)].map((name) => `<link rel="modulepreload" href="/console/${relative(target, join(here, name))}" />`);
 await writeFile(join(target, "index.html"), index.replace("  </head>", `${links.map((link) => `    ${link}\n`).join("")}  </head>`));
+await cp(join(here, "static"), target, { recursive: true });
 await writeFile(join(target, "style.css"), await styles());
 await writeFile(join(target, "licences.txt"), await licences([page, worker].flatMap(({ metafile }) => Object.keys(metafile.inputs))));
 

@@ -8,15 +8,15 @@ const FLOORS = {
   "": [
     "page",
     "panels | xr",
-    "alarms | arm | camera | hint | steps",
+    "alarms | arm | camera | guide | hint | steps",
     "driving | link | scene | session",
     "robot | texts",
   ],
   "arm": ["picture", "goals | inputs"],
   "link": ["message_checks"],
   "panels": [
-    "arm | steps",
-    "alarms | attitude | camera | driving | events | hint | layers | link | session",
+    "arm | playground | steps",
+    "alarms | attitude | camera | driving | events | guide | hint | layers | link | session",
   ],
 };
 

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Any, Final
 
 from localization.geometry import euler_from_rotation, rotation_from_quaternion
 from localization.types import SECOND
+from teleop.operator.robot_state.held_robot import HeldRobot
 from teleop.operator.words import Facts
 
 _NO_TURN: Final = (1.0, 0.0, 0.0, 0.0)
@@ -34,11 +35,17 @@ class ReportedFacts:
     pitch: float | None = None
     """Pitch by the inertial unit, nose down positive [rad]; None if it reports no orientation."""
 
+    held: HeldRobot = field(default_factory=HeldRobot)
+    """Whether the robot stands though it is asked to move."""
+
     def after(self, topic: str, message: Mapping[str, Any], now: int) -> ReportedFacts:
         """Return the facts after a message that arrived at a time [ns]; most topics change nothing."""
         match topic:
             case "/teleop/state":
-                return replace(self, estop=str(message["reason"]) if message["estop"] else None)
+                estop = str(message["reason"]) if message["estop"] else None
+                return replace(self, estop=estop, held=self.held.asked_to(message))
+            case "/tf":
+                return replace(self, held=self.held.at(message["transforms"], now))
             case "/bumper_state":
                 where = _where(message["front_bumpers"], message["rear_bumpers"])
                 return replace(self, bump=where, bumped=now) if where else self
@@ -56,6 +63,7 @@ class ReportedFacts:
             "estop": self.estop is not None,
             "estop_by": reason.removeprefix(_PRESSED) if pressed else "",
             "estop_reason": "" if pressed else reason,
+            "blocked": self.held.seconds(now),
             "bump": self.bump,
             "bump_age": None if self.bumped is None else (now - self.bumped) / SECOND,
             "drive_level": self.drive_level,

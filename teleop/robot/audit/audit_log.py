@@ -40,6 +40,9 @@ _MAX_VISITORS: Final = 256
 _PATH: Final = 80
 """Characters of a path that are logged."""
 
+_REQUEST: Final = 600
+"""Characters of a request that are logged."""
+
 SUPPRESSED: Final = "suppressed"
 """Kind of the line that reports how many lines were suppressed."""
 
@@ -126,6 +129,18 @@ class AuditLog(Observer):
         more = {"refused": refused} if refused else {"seconds": seconds, "reason": reason}
         self._line("disconnect", client, **whom, **more)
 
+    def token(
+        self, client: str, action: str, token: str, role: str, until: str, *, refused: str
+    ) -> None:
+        """Log that a client makes or ends a token, by its name, or why it does not; ``until`` is when it ends."""
+        given = {"token": token, "for": role, "until": until, "refused": refused}
+        more = {key: value for key, value in given.items() if value}
+        self._line(action, client, kind="token", **more)
+
+    def played(self, client: str, service: str, request: str) -> None:
+        """Log that a client changes the simulated world, with the request as JSON."""
+        self._line("playground", client, service=service, request=request[:_REQUEST])
+
     def tokens_renewed(self, disconnected: Sequence[str]) -> None:
         """Log that the token file was read again, and which clients it disconnected."""
         self._write(
@@ -192,8 +207,15 @@ class AuditLog(Observer):
 
     def connected(self, connection: Connection, now: int) -> None:
         """Log a connection."""
-        self._identify(connection.name, connection.access)
+        self._identify(connection)
         self._line("connected", connection.name)
+
+    def renamed(self, connection: Connection, old: str) -> None:
+        """Log a client's name; its lines have it from now on, beside number and address."""
+        self._identity.pop(old, None)
+        self._identify(connection)
+        self._rates.leave(old)
+        self._line("named", connection.name)
 
     def disconnected(self, connection: Connection, now: int) -> None:
         """Log the end of a connection."""
@@ -209,7 +231,7 @@ class AuditLog(Observer):
         if access is None:
             self._line("auth refused", name)
         else:
-            self._identify(name, access)
+            self._identify(connection)
             self._line("auth", name)
 
     def guessed(self, host: str, now: int) -> None:
@@ -222,8 +244,10 @@ class AuditLog(Observer):
         if counted := self._guesses.report():
             self._write({**self._when(), "what": "wrong tokens", **counted})
 
-    def _identify(self, name: str, access: Access | None) -> None:
-        self._identity[name] = _identity_of(access)
+    def _identify(self, connection: Connection) -> None:
+        name, label = connection.name, connection.number_and_address
+        called = {} if name == label else {"client": label, "name": name}
+        self._identity[name] = {**called, **_identity_of(connection.access)}
 
     def _line(self, what: str, client: str, *, kind: str = "", **more: object) -> None:
         if client not in self._identity:

@@ -26,6 +26,9 @@ class LineRate:
 LINE_RATES: Final = {
     "connected": LineRate(5.0, 5.0),
     "disconnected": LineRate(5.0, 5.0),
+    "named": LineRate(5.0, 5.0),
+    "token": LineRate(5.0, 1.0),
+    "playground": LineRate(5.0, 2.0),
     "auth": LineRate(5.0, 1.0),
     "auth refused": LineRate(5.0, 1.0),
     "refused": LineRate(5.0, 1.0),
@@ -48,7 +51,7 @@ LINE_RATES: Final = {
 }
 """Kinds of lines that a client can cause at will; commands that move the robot are never suppressed.
 
-All kinds at their limit are 110 lines a second, 29 kB; clients without a token cause at most 40 of them.
+All kinds at their limit are 125 lines a second, 34 kB; clients without a token cause at most 40 of them.
 """
 
 

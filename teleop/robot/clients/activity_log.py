@@ -45,6 +45,10 @@ class ActivityLog(Observer):
         """Say who left."""
         _LOG.info("%s left", connection.name)
 
+    def renamed(self, connection: Connection, old: str) -> None:
+        """Say who is called what."""
+        _LOG.info("%s is %s", connection.number_and_address, connection.name)
+
     def authenticated(self, connection: Connection, access: Access | None, now: int) -> None:
         """Say who showed which token, or none that is known."""
         if access is None:

@@ -51,7 +51,7 @@ class DisconnectService:
 def _refusal(caller: Connection, target: Connection | None, number: int, seconds: float) -> str:
     """Return why a client is not disconnected; empty if it is."""
     if target is None or target.closing:
-        return f"there is no client {number}; names of clients begin with their number"
+        return f"there is no client {number}; /teleop/clients has the numbers of those there are"
     if not (math.isfinite(seconds) and 0.0 <= seconds <= _LONGEST):
         return f"seconds must be from 0 to {_LONGEST:g}, got {seconds:g}"
     if target is caller:

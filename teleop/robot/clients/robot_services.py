@@ -79,7 +79,10 @@ class RobotServices:
     def _stop(self, client: int, request: dict[str, Any], now: int) -> dict[str, Any]:
         name = self._connections.name(client)
         self._record(name, "e-stop")
-        self._post(EStop(name, self._holder(client)))
+        access = self._connections.access(client)
+        # Everybody who may drive resets that of a viewer, who cannot, with or without a token.
+        mine = access is not None and access.role is not Role.VIEW
+        self._post(EStop(name, self._holder(client) if mine else ""))
         return {"success": True, "message": "stopped"}
 
     def _reset(self, client: int, request: dict[str, Any], now: int) -> dict[str, Any]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Iterable, Mapping
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Final
 
 from teleop.joystick import JoystickLayout
 from teleop.link.command_age import RoundTrips
@@ -13,6 +13,7 @@ from teleop.robot.clients.client_inputs import ClientInputs
 from teleop.robot.clients.disconnect_service import DisconnectService
 from teleop.robot.clients.link_service import serve_link
 from teleop.robot.clients.move_action import MoveAction
+from teleop.robot.clients.name_services import serve_names
 from teleop.robot.clients.preview_service import PreviewService
 from teleop.robot.clients.robot_services import RobotServices
 from teleop.robot.clients.step_requests import StepRequests
@@ -39,6 +40,9 @@ from teleop.rosbridge.server.server import Server
 
 if TYPE_CHECKING:  # imported only where there is an arm
     from teleop.robot.clients.arm_adapter import ArmAdapter
+
+_PAUSED_EVERY: Final = 5
+"""Ticks between two messages about the driver while the world stands still."""
 
 
 class RosbridgeAdapter(Observer):
@@ -75,6 +79,7 @@ class RosbridgeAdapter(Observer):
         protocol = server.protocol
         self._clients: dict[str, int] = {}
         self._reported: dict[int, str] = {}
+        self._paused = 0
         for name in hidden:
             protocol.topics.reserve(name)
         self._arm: ArmAdapter | None = None
@@ -112,6 +117,7 @@ class RosbridgeAdapter(Observer):
         self.previews = PreviewService(protocol)
         """Previews of hints, which the estimator answers."""
         serve_whoami(protocol)
+        serve_names(protocol)
         DisconnectService(protocol, audit)
         serve_link(server)
         serve_standard(protocol)
@@ -126,7 +132,15 @@ class RosbridgeAdapter(Observer):
             self._arm.driven(tick)
         for rejection in tick.rejections:
             self._report(rejection)
-        self._publish(self._drive_outputs, tick)
+        self._paused = self._paused + 1 if tick.paused else 0
+        if not tick.paused:
+            self._publish(self._drive_outputs, tick)
+        elif self._paused % _PAUSED_EVERY == 0:
+            # Nothing new but who has the robot, and why it stands still.
+            for output, topic in self._drive_outputs:
+                if output.name == "/teleop/state":
+                    for message in output.build(tick):
+                        self.server.protocol.topics.publish_on(topic, message, self.server.now)
         if self._audit is not None:
             self._audit.driven(tick)
 
@@ -146,7 +160,10 @@ class RosbridgeAdapter(Observer):
         """Advertise topics that are not hidden; return each with what the server knows of it."""
         advertise = self.server.protocol.topics.advertise
         return [
-            (output, advertise(output.name, output.type, latch=output.latch))
+            (
+                output,
+                advertise(output.name, output.type, latch=output.latch, newest=not output.latch),
+            )
             for output in outputs
             if output.name not in hidden
         ]
@@ -172,6 +189,11 @@ class RosbridgeAdapter(Observer):
     def connected(self, connection: Connection, now: int) -> None:
         """Note a client's name, by which the robot knows it."""
         self._clients[connection.name] = connection.id
+
+    def renamed(self, connection: Connection, old: str) -> None:
+        """Have the robot release what the client controls under its old name."""
+        self._clients[connection.name] = self._clients.pop(old, connection.id)
+        self.wishes.post(Disconnected(old))
 
     def disconnected(self, connection: Connection, now: int) -> None:
         """Have the robot release what the client controls."""

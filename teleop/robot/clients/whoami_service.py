@@ -33,6 +33,11 @@ def serve_whoami(protocol: Protocol) -> None:
             "may_hint": access.refusal("publish", "/initialpose") is None,
             "may_search": _may_call(access, "/localization/relocalize"),
             "may_take_over": _may_call(access, "/teleop/take_over"),
+            "may_share": protocol.services.find("/teleop/share") is not None
+            and _may_call(access, "/teleop/share"),
+            "link": access.link,
+            "may_play": protocol.services.find("/playground/slip") is not None
+            and _may_call(access, "/playground/slip"),
         }
 
     protocol.services.serve("/teleop/session", "farsteer_msgs/srv/Session", session)

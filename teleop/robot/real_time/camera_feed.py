@@ -15,8 +15,14 @@ from teleop.robot.real_time.process_messages import NEXT_STATE, OTHER, STATE, En
 
 _LOG: Final = logging.getLogger(__name__)
 
+_LATE: Final = SECOND // 10
+"""Time between two ticks from which on some are lost, so that the camera stands back [ns]."""
+
+_REST: Final = SECOND // 5
+"""Time without a frame after such a tick: five frames a second; doubled each time that it was not enough [ns]."""
+
 _PAUSE: Final = 5 * SECOND
-"""Time between two starts of the camera's process, so that one that fails at once costs little [ns]."""
+"""Time between two starts of the camera's process, so that one that fails at once costs little; and the longest rest [ns]."""
 
 
 class CameraFeed:
@@ -43,13 +49,22 @@ class CameraFeed:
         self._simulation, self._rate, self._start = simulation, rate, restart
         self._asked = False
         self._started: int | None = None
+        self._rest, self._resting_until = 0, 0
 
-    def ticked(self, now: int) -> None:
+    def ticked(self, now: int, gap: int = 0) -> None:
         """Hand the state over if a frame is due and asked for; start a process that has ended again.
+
+        Where ticks come late fewer frames are drawn, five a second and then none for up to five seconds; the
+        last one has its age.
 
         Args:
             now: Reading of the monotonic clock [ns].
+            gap: Time since the tick before [ns].
         """
+        if gap > _LATE and now >= self._resting_until:
+            again = now - self._resting_until < _PAUSE
+            self._rest = min(2 * self._rest, _PAUSE) if again and self._rest else _REST
+            self._resting_until = now + self._rest
         if self.process is None:
             if self._started is not None and now - self._started < _PAUSE:
                 return
@@ -60,7 +75,8 @@ class CameraFeed:
                     self._asked = True
                 elif isinstance(value := unpack(payload), Exception):
                     _LOG.error("the camera failed: %s", value)
-            if self._asked and frame_due(self._simulation.stamp, self._rate):
+            rests = now < self._resting_until
+            if self._asked and not rests and frame_due(self._simulation.stamp, self._rate):
                 self.process.channel.send(pack(STATE, self._simulation.visual_state()))
                 self._asked = False
             elif self.process.channel.waiting:

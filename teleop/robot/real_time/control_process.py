@@ -121,6 +121,8 @@ class ControlProcess:
                 self._report_lag(beat.lost)
                 lost, elapsed = beat.lost, beat.elapsed
                 self.tick(beat.now, Pacing(beat.gap, self._longest_gap, lost, elapsed))
+                if self._drive.playground is not None and self._drive.playground.next_world:
+                    break
             self._brake()
         finally:
             gc.unfreeze()
@@ -151,7 +153,7 @@ class ControlProcess:
         self._publish(payload)
         self._send_to_estimator(payload)
         if self.camera is not None:
-            self.camera.ticked(now)
+            self.camera.ticked(now, pacing.gap)
         return record
 
     def end(self) -> None:

@@ -1,21 +1,21 @@
 """The estimator: localises the robot by what control records.
 
-Searching a map takes long at times; here it holds up nothing but the estimate.
+Searching a map takes long at times; here it holds up nothing but the estimate, which catches up by leaving out sweeps
+(``backlog``).
 """
 
 from __future__ import annotations
 
 import sys
 from contextlib import ExitStack, closing
-from dataclasses import replace
 from typing import Final
 
 from localization.logs.mcap_writer import ReadingsWriter
 from localization.maps.prepared_map import prepare
 from localization.pipeline.localizer import Localizer
 from teleop.robot.estimation import Estimation
-from teleop.robot.inbox import InboxMessage, PoseHint
 from teleop.robot.preview import PreviewRequest
+from teleop.robot.real_time.backlog import Backlog
 from teleop.robot.real_time.channel import Channel, ChannelClosedError, inherited_channel
 from teleop.robot.real_time.child_process import stand_back
 from teleop.robot.real_time.process_messages import (
@@ -33,7 +33,6 @@ from teleop.robot.real_time.process_messages import (
 from teleop.robot.real_time.process_name import name_process
 from teleop.robot.recording import Recording
 from teleop.robot.steps.precision_log import PrecisionLog, StepsWriter
-from teleop.robot.tick_record import DriveRecord
 
 _NICENESS: Final = 5
 """How far this process stands back behind control where processors are few."""
@@ -51,25 +50,30 @@ def run(channel: Channel) -> None:
             cleanup.enter_context(closing(recording))
         channel.send(pack(OTHER, Ready()))
         previews: dict[int, PreviewRequest] = {}
-        while True:
+        backlog, ended = Backlog(), False
+        while backlog or not ended:
             records = [unpack(payload) for payload in payloads if payload[:1] == DRIVEN]
             asked = [unpack(payload) for payload in payloads if payload[:1] == PREVIEW]
-            ended = len(records) + len(asked) < len(payloads)
+            ended = ended or len(records) + len(asked) < len(payloads)
             previews.update((request.client, request) for request in asked)
-            for record in newest_hints(records):
-                estimated = estimation.take(record)
+            if recording is not None:
+                for record in records:
+                    recording.calls(record.inbox, record.stamp)
+            backlog.add([record for record in records if not record.paused])
+            if backlog:
+                record, needed = backlog.take()
+                estimated = estimation.take(needed)
                 channel.send(pack(ESTIMATED, estimated))
                 if recording is not None:
                     if estimated.estimates:
                         recording.steps(precision.take(record, estimated.estimate))
                     recording.readings(record.readings, record.stamp, record.arm)
-            # One for each tick at most, in turn: however many clients ask, the estimate has its time.
-            if records and previews:
-                request = previews.pop(next(iter(previews)))
-                channel.send(pack(PREVIEWED, estimation.preview(request)))
-            if ended:
-                return
-            payloads = channel.wait()
+                # One for each tick at most, in turn: however many clients ask, the estimate has its time.
+                if previews and not backlog.late:
+                    request = previews.pop(next(iter(previews)))
+                    channel.send(pack(PREVIEWED, estimation.preview(request)))
+            # What waits in the pipe is taken first: it says how old the next record is.
+            payloads = [] if ended else channel.receive() if backlog else channel.wait()
 
 
 def _recording(setup: EstimatorSetup) -> Recording | None:
@@ -80,16 +84,6 @@ def _recording(setup: EstimatorSetup) -> Recording | None:
         setup.record, setup.mounts, dict(setup.metadata), wheel_radius=setup.wheel_radius
     )
     return Recording(log, setup.record, StepsWriter(setup.record.with_suffix(".steps.csv")))
-
-
-def newest_hints(records: list[DriveRecord]) -> list[DriveRecord]:
-    """Return records that wait together with only the newest hint of each client."""
-    newest = {m.client: m for r in records for m in r.inbox if isinstance(m, PoseHint)}
-
-    def counts(message: InboxMessage) -> bool:
-        return not isinstance(message, PoseHint) or newest[message.client] is message
-
-    return [replace(record, inbox=tuple(filter(counts, record.inbox))) for record in records]
 
 
 def main() -> None:

@@ -11,17 +11,11 @@ from teleop.robot.serving.address import Address
 from teleop.robot.serving.lan_access import LanAccess
 from teleop.robot.serving.page_invitation import invitation
 from teleop.robot.serving.serve_config import ServeConfig
-from teleop.robot.topics.topic_table import ACTIONS, INPUTS, OUTPUTS, SERVICES
 from teleop.rosbridge.auth.origins import LOOPBACK
 
 _GUARDED: Final = (
     "docs/security.md explains how clients send a token and which certificates they trust"
 )
-
-_EXAMPLE: Final = """\
-drive it with roslibpy (pip install roslibpy):
-
-{}"""
 
 _LOCKSTEP: Final = (
     "time stands still until a client calls /sim/step; docs/teleoperation.md has an example"
@@ -36,7 +30,7 @@ def greeting(
     config: ServeConfig,
     access: LanAccess | None = None,
 ) -> str:
-    """Return address, map, topics, and a client that works.
+    """Return what is served, and as the last thing where to open it: all fits a terminal of 24 lines.
 
     Args:
         address: Where clients connect.
@@ -46,43 +40,26 @@ def greeting(
         config: Settings.
         access: What was made for the network; None without ``--lan``.
     """
-    lockstep = address.lockstep
-    services = ", ".join(s.name for s in SERVICES if lockstep or s.name != "/sim/step")
-    how = _EXAMPLE.format(snippet(address.port))
-    if address.tokens or address.encrypted:
-        how = _GUARDED
+    guarded = f"tokens    {_GUARDED}\n" if address.tokens or address.encrypted else ""
+    stands = f"time      {_LOCKSTEP}\n" if address.lockstep else ""
     return f"""\
-{world.name} at {address.url}{_warning(address)}
-{invitation(address, access)}
-map       {map_path}
-          {len(cloud.points)} points, sha256 {cloud.sha256[:16]}...
-topics    {", ".join(t.name for t in OUTPUTS)}
-inputs    {", ".join(t.name for t in INPUTS)}
-services  {services}
-actions   {", ".join(a.name for a in ACTIONS)}
-{_arm(world)}{_video(address)}{_delays(config)}
-{_LOCKSTEP if lockstep else how}
-Ctrl-C ends."""
+{world.name} at {address.url}
+map       {map_path}, {len(cloud.points)} points
+clients   any rosbridge client: docs/topics.md lists the topics, README.md has a program
+{_arm(world)}{_video(address)}{_delays(config)}{guarded}{stands}{_warning(address)}Ctrl-C ends.
+{invitation(address, access)}"""
 
 
 def _arm(world: World) -> str:
-    """Return what moves the arm and what it does, a line each; empty without an arm."""
+    """Return which arm there is, a line; empty without one."""
     if world.arm is None:
         return ""
-    from teleop.robot.topics.arm_topics import ARM_ACTIONS, ARM_INPUTS, ARM_SERVICES
-
-    names = ", ".join(row.name for row in (*ARM_INPUTS, *ARM_ACTIONS, *ARM_SERVICES))
-    return f"arm       {world.arm.name} on its {world.arm_mount}: {names}\n"
+    return f"arm       {world.arm.name} on its {world.arm_mount}\n"
 
 
 def _video(address: Address) -> str:
-    """Return the camera's topics and where its streams are, a line each; empty without a camera."""
-    if not address.streams:
-        return ""
-    from teleop.robot.cameras.camera_topics import CAMERA_TOPICS
-
-    names = ", ".join(topic.name for topic in CAMERA_TOPICS)
-    return f"camera    {names}\nvideo     {address.streams} lists the camera's streams\n"
+    """Return where the camera's streams are, a line; empty without a camera."""
+    return address.streams and f"video     {address.streams} lists the camera's streams\n"
 
 
 def _delays(config: ServeConfig) -> str:
@@ -103,26 +80,8 @@ def _warning(address: Address) -> str:
         return ""
     if not address.tokens:
         return (
-            "\nwarning: anybody who reaches this address can drive the robot; --tokens restricts it"
+            "warning: anybody who reaches this address can drive the robot; --tokens restricts it\n"
         )
     if not address.encrypted:
-        return "\nwarning: tokens can be read on their way here; --tls-cert and --tls-key encrypt"
+        return "warning: tokens can be read on their way here; --tls-cert and --tls-key encrypt\n"
     return ""
-
-
-def snippet(port: int) -> str:
-    """Return ten lines of roslibpy that drive forward, print the pose and receive a cloud."""
-    return f"""\
-import time, roslibpy
-ros = roslibpy.Ros("127.0.0.1", {port})
-ros.run()
-pose = roslibpy.Topic(ros, "/amcl_pose", "geometry_msgs/PoseWithCovarianceStamped", throttle_rate=500)
-pose.subscribe(lambda m: print("pose", m["pose"]["pose"]["position"]))
-cloud = roslibpy.Topic(ros, "/local_cloud", "sensor_msgs/PointCloud2", throttle_rate=500)
-cloud.subscribe(lambda m: print("cloud of", m["width"], "points"))
-joy = roslibpy.Topic(ros, "/joy", "sensor_msgs/Joy")
-for forward in [0.0] * 5 + [1.0] * 30:  # a neutral stick first, then three seconds ahead
-    joy.publish({{"axes": [0.0, forward], "buttons": [0, 0, 0, 0, 1]}})
-    time.sleep(0.1)
-ros.terminate()
-"""

@@ -3,24 +3,30 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
+from datetime import UTC, datetime
 from pathlib import Path
+from typing import Final
 
 from localization.extras import require
-from teleop.console.lan.access_token import ensure_token
+from teleop import clock
 from teleop.console.lan.certificate import ensure_certificate
 from teleop.console.lan.own_addresses import own_addresses, own_names
 from teleop.console.lan.state_files import private_folder, state_folder
+from teleop.console.lan.token_book import TokenBook
 from teleop.robot.serving.serve_config import ServeConfig
+
+_LINK: Final = "link of the terminal"
+"""Name of the link that is printed: each device that opens it drives with a token of its own."""
 
 
 @dataclass(frozen=True, slots=True)
 class LanAccess:
     """What was made for the network; what the user gave instead is not in here."""
 
-    token: str = field(default="", repr=False)
-    """Token of an operator; empty if the user gave a file of tokens."""
+    link: str = field(default="", repr=False)
+    """Token of the link that is printed, another one at each start; empty if the user gave a file of tokens."""
     token_file: Path | None = None
-    """File of the token."""
+    """File of this machine's own token."""
     certificate: Path | None = None
     """Certificate that clients can be configured to trust; None if the user gave one."""
     fingerprint: str = ""
@@ -44,7 +50,12 @@ def lan_access(config: ServeConfig, folder: Path | None = None) -> tuple[ServeCo
     access = LanAccess()
     if config.tokens is None:
         file, listed = folder / "token", folder / "tokens.toml"
-        access = replace(access, token=ensure_token(file, listed), token_file=file)
+        book, now = TokenBook(listed), datetime.fromtimestamp(clock.unix_seconds(), UTC)
+        book.ensure_machine(file, now)
+        if _LINK in [token.name for token in book.tokens(now)]:
+            book.remove(_LINK, now)
+        _, link = book.add(_LINK, "operate", now, None, link=True)
+        access = replace(access, link=link, token_file=file)
         config = replace(config, tokens=listed)
     addresses, names = own_addresses(), own_names()
     if config.host not in (None, "0.0.0.0", "::"):

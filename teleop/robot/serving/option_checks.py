@@ -30,6 +30,8 @@ async def check_options(config: ServeConfig) -> None:
     if config.audit is not None:
         os.close(open_audit_file(config.audit))
     # A server in lockstep leaves the interpreter's settings as they are.
-    server = build_server(replace(config, lockstep=True), token_file(config), lambda: 0)
+    server = build_server(
+        replace(config, lockstep=True, playground=False), token_file(config), lambda: 0
+    )
     await server.start()
     await server.close()

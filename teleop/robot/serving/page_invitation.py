@@ -49,16 +49,16 @@ def invitation(address: Address, access: LanAccess | None = None) -> str:
     first, *others = page_addresses(address)
     if access is None:
         return f"open      {first} in a browser to see and drive it"
-    secret = bool(access.token)
+    secret = bool(access.link)
     shown = secret and sys.stdout.isatty()
-    whole = f"{first}#token={access.token}" if shown else first
+    whole = f"{first}#token={access.link}" if shown else first
     lines = [f"open      {whole} on a tablet, phone or computer of this network"]
     if others:
         lines.append(f"          (also {', '.join(others)})")
     if (shown or not secret) and _can_draw():
         lines.append(qr_text(whole))
     if secret:
-        lines.append(f"token     {access.token_file} has it; keep it as you would a key")
+        lines.append(f"token     of this machine: {access.token_file}; keep it as you would a key")
     if access.fingerprint:
         lines += [
             "browsers  warn of the certificate, which this machine has made itself; accept it if they show",

@@ -43,6 +43,8 @@ class ServeConfig:
     """Open the console page in a browser."""
     lan: bool = False
     """Listen on the network, with a token and a certificate that are made once and kept; print the page's QR code."""
+    playground: bool = False
+    """Let clients that may drive change the simulated world: carry, reset, pause, spin wheels, start another scene."""
     lockstep: bool = False
     """Advance time only when a client calls the service /sim/step."""
     name: str = ""
@@ -67,8 +69,9 @@ class ServeConfig:
     """Age of commands above which the robot drives slower [s]; 0 switches it off, to study delay."""
     max_age: float = 1.0
     """Age of commands above which they are refused, and the robot stops [s]; 0 switches it off."""
-    link: Annotated[tuple[str, ...], tyro.conf.arg(metavar="NAME=NUMBER ...")] = ()
-    """Emulate a slow link: delay, jitter, growth, rate, stall and period, blackout and at, seed; up.delay=0.3 is one way."""
+    link: Annotated[tuple[str, ...], tyro.conf.arg(metavar="NAME[=NUMBER] ...")] = ()
+    """Emulate a slow link: lan, wifi-roaming, lte, starlink or geo; delay, jitter, growth, rate, stall and period, blackout
+    and at, seed, up.delay=0.3 one way; trips=FILE.csv replays recorded round trips."""
     video_port: int | None = None
     """Serve the camera's streams on this port too, as web_video_server does on 8080; 0 takes a free one."""
     webrtc: bool = False
@@ -99,6 +102,10 @@ class ServeConfig:
         if not all(math.isfinite(age) and age >= 0.0 for age in (self.slow_age, self.max_age)):
             raise SettingError(
                 f"slow-age and max-age must be >= 0 s, got {self.slow_age:g} and {self.max_age:g}"
+            )
+        if self.playground and self.lockstep:
+            raise SettingError(
+                "--playground is for real time; in lockstep nothing happens by itself"
             )
         _ = self.stale_limits, self.link_config
         if (self.tls_cert is None) != (self.tls_key is None):

@@ -36,6 +36,7 @@ ROLES: Final[Mapping[Role, RoleRules]] = {
         call=(
             *DEFAULT_RULES[Role.VIEW].call,
             *("/teleop/estop", "/teleop/session", "/teleop/link", "/teleop/ask", "/video/ticket"),
+            *("/teleop/introduce", "/teleop/clients", "/teleop/own_token"),
         ),
     ),
 }
@@ -48,7 +49,7 @@ def token_file(config: ServeConfig) -> TokenFile | None:
     Raises:
         ServerError: If it cannot be read.
     """
-    return None if config.tokens is None else TokenFile(config.tokens, ROLES)
+    return None if config.tokens is None else TokenFile(config.tokens, clock.unix_seconds, ROLES)
 
 
 def build_server(

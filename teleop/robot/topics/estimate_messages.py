@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 import numpy as np
 
 from localization.geometry import FloatArray
@@ -40,8 +42,8 @@ def tf_static(mounts: Mounts) -> Message:
     return {"transforms": transforms}
 
 
-def map_info(cloud: Cloud, run_id: str = "") -> Message:
-    """Return name, bounds and hash of the map, and the identity of this run of the robot."""
+def map_info(cloud: Cloud, run_id: str, places: Mapping[str, Pose]) -> Message:
+    """Return name, bounds, hash and named places of the map, and the identity of this run of the robot."""
     low, high = cloud.bounds
     return {
         "name": cloud.name,
@@ -51,6 +53,8 @@ def map_info(cloud: Cloud, run_id: str = "") -> Message:
         "min": vector_to_dict(low),
         "max": vector_to_dict(high),
         "run_id": run_id,
+        "place_names": list(places),
+        "places": [pose_to_dict(pose) for pose in places.values()],
     }
 
 
@@ -116,6 +120,7 @@ def localization_status(tick: EstimateRecord) -> Messages:
             "position_sigma": horizontal_sigma(e.covariance) if placed else 0.0,
             "heading_sigma": float(np.sqrt(e.covariance[5, 5])) if placed else 0.0,
             "unexplained": 0.0 if tick.fit is None else 1.0 - tick.fit,
+            "candidate_scores": [c.score for c in e.hypotheses],
         },
     )
 

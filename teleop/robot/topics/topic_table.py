@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping
+from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, Final
 
 from localization.maps.cloud import Cloud
@@ -187,7 +188,9 @@ TF_STATIC = Interface(
     "poses of scanners, camera and arm on `base_link`; latched",
 )
 MAP_INFO = Interface(
-    "/map_info", "farsteer_msgs/msg/MapInfo", "name, bounds and SHA-256 of the map; latched"
+    "/map_info",
+    "farsteer_msgs/msg/MapInfo",
+    "name, bounds, SHA-256 and named places of the map; latched",
 )
 
 ROBOT_DESCRIPTION = Interface(
@@ -271,6 +274,12 @@ SERVICES: tuple[Interface, ...] = (
         "who the caller is to the robot, and what it may do",
     ),
     Interface(
+        "/teleop/introduce",
+        "farsteer_msgs/srv/Introduce",
+        "give the caller a name, by which everybody sees it; once for each connection",
+    ),
+    Interface("/teleop/clients", "farsteer_msgs/srv/Clients", "who is connected: names and roles"),
+    Interface(
         "/teleop/link",
         "farsteer_msgs/srv/LinkStatistics",
         "what has been sent to the caller and dropped for it, and its round trip",
@@ -292,6 +301,57 @@ SERVICES: tuple[Interface, ...] = (
     ),
 )
 """Services that the robot offers."""
+
+_PLAYGROUND: Final = (
+    ("set_entity_state", "put the robot, a box or a person down at rest elsewhere"),
+    ("spawn_entity", "put a spare box or person down"),
+    ("delete_entity", "take away what was put down"),
+    ("get_entities", "names of the robot and of what was put down"),
+    ("get_spawnables", "what can be put down"),
+    ("get_named_poses", "starts and places of the scene"),
+    ("reset_simulation", "scope 2: robot to its start, 4: boxes and people away, 6: both"),
+    ("get_simulation_state", "playing or paused"),
+    ("set_simulation_state", "pause (2), or go on (1)"),
+    ("get_current_world", "name of the scene"),
+    ("get_available_worlds", "names of the scenes"),
+    ("slip", "have the wheels spin now"),
+    ("world", "start anew, in another scene, with people, or with moved furniture"),
+    ("link", "make the link of all clients worse, or good again"),
+)
+
+PLAYGROUND_SERVICES: Final = tuple(
+    Interface(
+        f"/playground/{name}",
+        f"farsteer_msgs/srv/Playground{name.title()}"
+        if name in ("slip", "world", "link")
+        else "simulation_interfaces/srv/" + name.title().replace("_", ""),
+        description,
+    )
+    for name, description in _PLAYGROUND
+)
+"""Services of ``farsteer serve --playground``."""
+
+SHARE_SERVICES: Final = (
+    Interface(
+        "/teleop/share",
+        "farsteer_msgs/srv/Share",
+        "operators only: make a link to the console page, to watch or to drive, with an end",
+    ),
+    Interface(
+        "/teleop/own_token",
+        "farsteer_msgs/srv/OwnToken",
+        "for a device that came by a link: a token of its own",
+    ),
+    Interface(
+        "/teleop/tokens", "farsteer_msgs/srv/Tokens", "operators only: tokens of devices and links"
+    ),
+    Interface(
+        "/teleop/revoke_token",
+        "farsteer_msgs/srv/RevokeToken",
+        "operators only: end a token, and disconnect its bearers",
+    ),
+)
+"""Services of ``farsteer serve --lan``."""
 
 _SIMULATION: Final = (
     ("GetSimulatorFeatures", "what is offered"),
@@ -348,6 +408,7 @@ def latched_messages(
     mounts: Mounts,
     run_id: str = "",
     *,
+    places: Mapping[str, Pose] = MappingProxyType({}),
     camera: CameraModel | None = None,
     arm: ArmFit | None = None,
 ) -> Mapping[Interface, Message]:
@@ -358,6 +419,7 @@ def latched_messages(
         robot: Its parameters.
         mounts: ``base_from_sensor`` of each sensor.
         run_id: Identity of this run of the robot.
+        places: Named places of the map.
         camera: The camera that it carries, if any.
         arm: The arm that it carries, if any.
     """
@@ -367,7 +429,7 @@ def latched_messages(
         frames = {**frames, "arm_base": arm.base_from_arm_base}
     return {
         TF_STATIC: estimate.tf_static(frames),
-        MAP_INFO: estimate.map_info(cloud, run_id),
+        MAP_INFO: estimate.map_info(cloud, run_id, places),
         ROBOT_DESCRIPTION: {"data": _description(robot, mounts, place, arm)},
         **({} if arm is None else _arm_info(arm)),
     }

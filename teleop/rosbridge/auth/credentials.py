@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import hashlib
 import hmac
+import math
 import os
 import re
 import stat
 import tomllib
 from collections.abc import Mapping
 from dataclasses import dataclass, field, fields, replace
+from datetime import datetime
 from pathlib import Path
 from typing import Any, Final
 
@@ -31,6 +33,9 @@ class Credential:
     """SHA-256 of the token; empty for a secret."""
 
     secret: str = field(default="", repr=False)
+
+    until: float = math.inf
+    """Unix time from which it is not valid any more [s]."""
 
     @property
     def granted(self) -> Access:
@@ -56,6 +61,10 @@ class Credentials:
 
     rules: Mapping[Role, RoleRules] = field(default_factory=lambda: DEFAULT_RULES)
     """Rules of each role."""
+
+    def valid_at(self, time: float) -> Credentials:
+        """Return these without what is not valid any more at a Unix time [s]."""
+        return replace(self, keys=tuple(key for key in self.keys if time < key.until))
 
     def find(self, token: str) -> Access | None:
         """Return the permissions of a token; None if it is unknown. Takes constant time."""
@@ -133,7 +142,7 @@ def _parse(content: dict[str, Any], defaults: Mapping[Role, RoleRules]) -> Crede
 def _key(name: str, entry: dict[str, Any], rules: Mapping[Role, RoleRules]) -> Credential:
     where = f"tokens.{name}"
     kinds = ("token", "sha256", "secret")
-    _only(entry, ("role", *kinds), where)
+    _only(entry, ("role", "until", "link", *kinds), where)
     role = _role(entry.get("role"))
     given = [kind for kind in kinds if kind in entry]
     if len(given) != 1:
@@ -141,14 +150,22 @@ def _key(name: str, entry: dict[str, Any], rules: Mapping[Role, RoleRules]) -> C
     value = entry[given[0]]
     if not isinstance(value, str) or len(value) < _MIN_LENGTH:
         raise ValueError(f"{where}.{given[0]} must be a string of {_MIN_LENGTH} or more characters")
-    access = Access(name, role, rules[role])
+    until, link = entry.get("until"), entry.get("link", False)
+    if until is not None and not (isinstance(until, datetime) and until.tzinfo):
+        raise ValueError(
+            f"{where}.until must be a time with its zone, such as 2026-11-25T18:00:00Z"
+        )
+    if not isinstance(link, bool):
+        raise ValueError(f"{where}.link must be true or false")
+    access = Access(name, role, rules[role], link=link)
+    end = math.inf if until is None else until.timestamp()
     if given[0] == "secret":
-        return Credential(access, secret=value)
+        return Credential(access, secret=value, until=end)
     if given[0] == "token":
-        return Credential(access, digest=_digest(value))
+        return Credential(access, digest=_digest(value), until=end)
     if not _DIGEST.fullmatch(value.lower()):
         raise ValueError(f"{where}.sha256 must be 64 hexadecimal digits")
-    return Credential(access, digest=bytes.fromhex(value))
+    return Credential(access, digest=bytes.fromhex(value), until=end)
 
 
 def _digest(token: str) -> bytes:

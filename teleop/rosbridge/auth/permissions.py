@@ -94,6 +94,8 @@ class Access:
     rules: RoleRules
     key: bytes = field(default=b"", repr=False, compare=False)
     """Digest of the credential that granted the access; empty without one."""
+    link: bool = False
+    """Whether the token is that of a link, which several people may have."""
 
     def refusal(self, act: Act, name: str) -> str | None:
         """Return why a name may not be used in this way; None if it may."""

@@ -24,16 +24,26 @@ _Signature: TypeAlias = tuple[int, ...] | None
 class TokenFile:
     """A token file with its credentials, and the detection of changes."""
 
-    def __init__(self, path: Path, rules: Mapping[Role, RoleRules] = DEFAULT_RULES) -> None:
-        """Read the file; see ``read_credentials``, also for the exceptions."""
-        self._path = path
-        self._rules = rules
+    def __init__(
+        self,
+        path: Path,
+        wall: Callable[[], float],
+        rules: Mapping[Role, RoleRules] = DEFAULT_RULES,
+    ) -> None:
+        """Read the file; see ``read_credentials``, also for the exceptions.
+
+        Args:
+            path: The file.
+            wall: Returns the Unix time [s], by which tokens end.
+            rules: Rules of each role, unless the file changes them.
+        """
+        self._path, self._wall, self._rules = path, wall, rules
         self._read = self._seen = self._signature()
-        self.credentials = read_credentials(path, rules)
-        """Credentials of the last valid version of the file."""
+        self.credentials = read_credentials(path, rules).valid_at(wall())
+        """Credentials of the last valid version of the file, as far as they are valid still."""
 
     def poll(self, *, immediately: bool = False) -> Credentials | None:
-        """Return the new credentials if the file has changed, and not since the last check.
+        """Return the new credentials if the file has changed, and not since the last check, or if some have ended.
 
         The latter avoids reading a file that is still being written, unless ``immediately`` is set.
         For an invalid file an error is logged once, and the previous credentials remain valid.
@@ -41,13 +51,17 @@ class TokenFile:
         signature = self._signature()
         steady, self._seen = signature == self._seen, signature
         if signature == self._read or not (steady or immediately):
-            return None
+            left = self.credentials.valid_at(self._wall())
+            ended = len(left.keys) < len(self.credentials.keys)
+            self.credentials = left
+            return left if ended else None
         self._read = signature
         try:
-            self.credentials = read_credentials(self._path, self._rules)
+            read = read_credentials(self._path, self._rules)
         except ServerError as error:
             _LOG.error("%s; the previous tokens remain valid", error)
             return None
+        self.credentials = read.valid_at(self._wall())
         return self.credentials
 
     def _signature(self) -> _Signature:

@@ -60,12 +60,12 @@ class _Publisher(Observer):
             traffic = self._server.traffic(connection.id)
             if traffic is not None:
                 before = self._dropped.get(connection.id, 0)
-                statuses.append(_status(connection.name, traffic, before))
+                statuses.append(_status(connection, traffic, before))
                 self._dropped[connection.id] = traffic.dropped
         return statuses
 
 
-def _status(name: str, traffic: Traffic, before: int) -> Message:
+def _status(connection: Connection, traffic: Traffic, before: int) -> Message:
     dropped = traffic.dropped - before
     values = {
         "waiting [bytes]": traffic.waiting,
@@ -74,7 +74,8 @@ def _status(name: str, traffic: Traffic, before: int) -> Message:
     }
     return {
         "level": _WARN if dropped else _OK,
-        "name": name,
+        "name": connection.name,
+        "hardware_id": connection.number_and_address,
         "message": f"reads too slowly: {dropped} messages dropped" if dropped else "ok",
         "values": [{"key": key, "value": str(value)} for key, value in values.items()],
     }

@@ -90,6 +90,9 @@ class QoS:
     depth: int | None = None
     """Queue length in messages, 0 for unlimited; None if it is not given."""
 
+    keep_all: bool = False
+    """Whether a subscriber wants every message, however late."""
+
     transient: bool = False
     """Whether the last message of a publisher is kept for later subscribers."""
 
@@ -106,8 +109,10 @@ def qos(operation: Operation) -> QoS:
         raise OperationError("qos must be an object")
     depth = None if value.get("depth") is None else count(value, "depth")
     durability = value.get("durability")
+    keep_all = value.get("history") == "keep_all"
     return QoS(
-        0 if value.get("history") == "keep_all" else depth,
+        0 if keep_all else depth,
+        keep_all,
         durability == "transient_local",
         durability == "volatile",
     )

@@ -18,7 +18,8 @@ BULK_BYTES: Final = 65_536
 """Size of a frame from which on only the latest of its topic is queued [bytes]."""
 
 FRESH: Final = SECOND // 2
-"""Time for which the messages of a client that drives may wait [ns]: people steer by what they see."""
+"""Time for which messages of which the newest counts may wait [ns], and all of a client that drives: people steer by what
+they see."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -47,9 +48,18 @@ class _Waiting:
 class Outbox:
     """Frames for one client, in the order in which they are sent."""
 
-    def __init__(self, limits: QueueLimits | None = None) -> None:
+    def __init__(
+        self, limits: QueueLimits | None = None, clock: Callable[[], int] | None = None
+    ) -> None:
+        """Create an empty queue.
+
+        Args:
+            limits: Its limits.
+            clock: Returns the time [ns]; without one no message grows old.
+        """
         self._limits = limits or QueueLimits()
-        self._clock: Callable[[], int] | None = None
+        self._clock = clock
+        self._driving = False
         self._control: deque[OutgoingFrame] = deque()
         self._control_bytes = 0
         self._data: dict[int, _Waiting] = {}  # by number, so ordered by age
@@ -70,15 +80,13 @@ class Outbox:
         """Queued bytes."""
         return self._control_bytes + self._data_bytes
 
-    def keep_fresh(self, clock: Callable[[], int]) -> None:
-        """Send no message late from now on that a newer one of its topic has overtaken.
+    def keep_fresh(self) -> None:
+        """Send nothing late from now on, for the client drives.
 
-        Once a message has waited for ``FRESH``, only the newest one of each topic is kept.
-
-        Args:
-            clock: Returns the time [ns].
+        Once a message has waited for ``FRESH``, only the newest one of each topic is kept, and of topics of which the
+        newest counts not even that. For other clients only those topics are thinned.
         """
-        self._clock = clock
+        self._driving = True
 
     def push(self, frame: OutgoingFrame) -> str | None:
         """Add a frame; return the reason to disconnect the client on overflow, otherwise None."""
@@ -120,10 +128,9 @@ class Outbox:
         """Return the frame that ``pop`` returns."""
         if self._control:
             return self._control[0]
-        if self._data:
-            self._drop_overtaken()
-            return next(iter(self._data.values())).frame
-        return None
+        self._drop_overtaken()
+        first = next(iter(self._data.values()), None)
+        return None if first is None else first.frame
 
     def clear(self) -> None:
         """Remove all frames."""
@@ -152,16 +159,25 @@ class Outbox:
             self._drop(next(iter(self._data)))
 
     def _drop_overtaken(self) -> None:
-        """Keep only the newest message of each topic, if the oldest of all has waited for too long."""
-        if self._clock is None:
+        """Drop what nobody should see any more, if the oldest message of all has waited for too long."""
+        if self._clock is None or not self._data:
             return
         # Pings count for nothing here: what is dropped is the same whether or not anybody measures.
         messages = (each for each in self._data.values() if each.frame.kind is FrameKind.DATA)
         oldest = next(messages, None)
-        if oldest is not None and self._clock() - oldest.since > FRESH:
-            for queued in list(self._topics.values()):
-                while len(queued) > 1 and self._data[queued[0]].frame.kind is FrameKind.DATA:
-                    self._drop(queued[0])
+        if oldest is None or (now := self._clock()) - oldest.since <= FRESH:
+            return
+        for queued in list(self._topics.values()):
+            while queued and self._is_late(self._data[queued[0]], now, alone=len(queued) == 1):
+                self._drop(queued[0])
+
+    def _is_late(self, waiting: _Waiting, now: int, *, alone: bool) -> bool:
+        frame = waiting.frame
+        if frame.kind is not FrameKind.DATA:
+            return False
+        if alone:
+            return self._driving and frame.newest and now - waiting.since > FRESH
+        return self._driving or frame.newest
 
     def _drop(self, number: int) -> None:
         frame = self._remove(number)

@@ -70,6 +70,9 @@ class OutgoingFrame:
     depth: int = 0
     """Number of frames of the topic that may be queued; 0 leaves it to the size of the queue."""
 
+    newest: bool = False
+    """Whether it is worth nothing once a newer one of its topic is there, and little once it has waited for long."""
+
     lossless: bool = False
     """Whether the frame keeps its place among all frames of the client and is never dropped."""
 

@@ -38,8 +38,13 @@ class Publication:
         encoders: MessageEncoders,
         png: PngPacker,
         now: int,
+        *,
+        newest: bool = False,
     ) -> None:
         self.message = message
+        self.newest = newest
+        """Whether it is worth nothing once a newer one is there."""
+
         self.size = 0
         """Memory of a latched message of a client [bytes]."""
 

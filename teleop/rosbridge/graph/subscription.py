@@ -21,6 +21,9 @@ class SubscribeOptions:
     depth: int = 0
     """``queue_length``: number of messages that may be queued; 0 leaves it to the queue's size."""
 
+    keep_all: bool = False
+    """Whether it wants every message, also those that newer ones have overtaken (history ``keep_all``)."""
+
     encoding: Encoding = "none"
 
     fragment: int = 0
@@ -56,6 +59,7 @@ class Subscription:
         self._merged = SubscribeOptions(
             min(o.throttle for o in options) * MILLISECOND,
             min(o.depth for o in options),
+            any(o.keep_all for o in options),
             max((o.encoding for o in options), key=ENCODINGS.index),
             min((o.fragment for o in options if o.fragment), default=0),
             next(reversed(options)).ros_version,
@@ -108,6 +112,7 @@ class Subscription:
             binary,
             topic=self.topic,
             depth=merged.depth,
+            newest=publication.newest and not merged.keep_all and not merged.depth,
             fragment=0 if binary else merged.fragment,
             tally=self.tally,
         )

@@ -30,6 +30,9 @@ class Topic:
     latch: bool = False
     """Whether the host's last message is kept for later subscribers."""
 
+    newest: bool = False
+    """Whether of the host's messages only the newest counts, as of poses and scans."""
+
     handler: TopicHandler | None = None
     """The host's handler of messages that clients publish."""
 

@@ -71,17 +71,22 @@ class Topics:
 
     # The host's topics
 
-    def advertise(self, name: str, type: str, *, latch: bool = False) -> Topic:
+    def advertise(
+        self, name: str, type: str, *, latch: bool = False, newest: bool = False
+    ) -> Topic:
         """Make a topic the host's, on which no client may publish, and return it.
 
         Args:
             name: Name of the topic.
             type: Message type.
             latch: Whether the last message is kept for later subscribers.
+            newest: Whether only the newest message counts: once messages have waited for half a second for a slow
+                client, older ones are not sent to it, unless it asked for a queue of its own.
         """
         topic = self.establish(check_name(name, "topic"), type)
         topic.owned = True
         topic.latch = latch
+        topic.newest = newest
         self.update_expiry(topic)
         return topic
 
@@ -166,7 +171,8 @@ class Topics:
 
     def publication(self, topic: Topic, message: Message, now: int) -> Publication:
         """Return a message of a topic as it is published."""
-        return Publication(topic.kind, message, self._encoders, self._png, now)
+        newest = topic.owned and topic.newest
+        return Publication(topic.kind, message, self._encoders, self._png, now, newest=newest)
 
     def deliver(self, topic: Topic, publication: Publication, now: int) -> None:
         """Send a message to all subscribers and monitors of its topic.

@@ -20,7 +20,7 @@ class Connection:
 
     id: int
     name: str
-    """Number and address, for logs."""
+    """Number and address, or the name that it has given itself; no two clients have the same."""
 
     address: str
     since: int
@@ -61,6 +61,11 @@ class Connection:
 
     fragmented: int = 0
     """Number of messages sent in fragments, which numbers their ids."""
+
+    @property
+    def number_and_address(self) -> str:
+        """What it is called unless it has given itself a name."""
+        return f"client {self.id} ({self.address})" if self.address else f"client {self.id}"
 
     @property
     def host(self) -> str:

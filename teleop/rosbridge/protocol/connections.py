@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import replace
+from itertools import count
 from typing import Protocol as Interface
 
 from teleop.rosbridge.auth.permissions import Access
@@ -74,9 +75,18 @@ class Connections:
         return self._all.get(client)
 
     def name(self, client: int) -> str:
-        """Return a client's number and address, for logs; after it has left, its number."""
+        """Return a client's name; after it has left, its number."""
         connection = self._all.get(client)
         return f"client {client}" if connection is None else connection.name
+
+    def rename(self, client: int, wanted: str) -> str:
+        """Give a client a name, with a number behind it if another client has the same; return it."""
+        connection = self._all[client]
+        taken = {other.name.casefold() for other in self if other is not connection}
+        names = (wanted if n == 1 else f"{wanted} {n}" for n in count(1))
+        old, connection.name = connection.name, next(n for n in names if n.casefold() not in taken)
+        self._observer.renamed(connection, old)
+        return connection.name
 
     def access(self, client: int) -> Access | None:
         """Return a client's permissions; None if it has not authenticated or has left."""
@@ -94,7 +104,7 @@ class Connections:
         limits = self._limits
         self._all[client] = connection = Connection(
             id=client,
-            name=f"client {client} ({address})" if address else f"client {client}",
+            name="",
             address=address,
             since=now,
             operation_rate=TokenBucket(limits.messages, limits.burst, now),
@@ -104,6 +114,7 @@ class Connections:
             reassembly=Reassembly(limits.assembly),
             access=access,
         )
+        connection.name = connection.number_and_address
         # An honest client of the same address can subscribe to all it needs, and may slip.
         self.addresses.restore(connection.origin, connection.rates, now, most=0.9)
         return connection

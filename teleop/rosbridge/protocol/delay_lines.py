@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Final, TypeAlias
 
 from teleop.rosbridge.framing.outbox import Outbox
@@ -116,7 +116,7 @@ class _Lines:
 
     incoming: DelayLine
     outgoing: DelayLine
-    outbox: Outbox = field(default_factory=Outbox)
+    outbox: Outbox
     """What the link has not taken yet."""
 
     close: CloseFrame | None = None
@@ -139,11 +139,10 @@ class _Lines:
         """Whether anything waits for the link."""
         return len(self.outbox) > 0 or (self.close is not None and not self.closed)
 
-    def pop(self) -> Output:
-        """Remove and return what the link takes next, if anything waits."""
-        if (frame := self.outbox.pop()) is not None:
+    def pop(self) -> Output | None:
+        """Remove and return what the link takes next; None if what waited has become too old."""
+        if (frame := self.outbox.pop()) is not None or self.close is None:
             return frame
-        assert self.close is not None
         self.closed = True
         return self.close
 
@@ -162,13 +161,18 @@ class DelayLines:
         self.ping_through: Callable[[int, bytes, int], object] = lambda client, payload, now: None
         """Takes a client, the payload of a ping that has got through to it, and the time [ns]."""
 
+    def replace(self, delay: FrameDelay) -> None:
+        """Go by other delays; frames that are on their way keep their times."""
+        self._delay = delay
+
     def bypassed(self, payload: str | bytes) -> bool:
         """Return whether a frame does not take the link."""
         return self._delay.bypasses(payload)
 
     def add(self, client: int) -> None:
         """Add a client's link."""
-        self._lines[client] = _Lines(DelayLine(self._timers), DelayLine(self._timers))
+        incoming, outgoing = DelayLine(self._timers), DelayLine(self._timers)
+        self._lines[client] = _Lines(incoming, outgoing, Outbox(clock=lambda: self._timers.now))
 
     def remove(self, client: int) -> None:
         """Remove a client's link, and lose what is on it."""
@@ -208,7 +212,7 @@ class DelayLines:
     def keep_fresh(self, client: int) -> None:
         """Keep what waits for a client's link from getting old, see ``Outbox.keep_fresh``."""
         if (lines := self._lines.get(client)) is not None:
-            lines.outbox.keep_fresh(lambda: self._timers.now)
+            lines.outbox.keep_fresh()
 
     def send(self, client: int, output: Output) -> None:
         """Have a frame pass the link to a client, after those that were sent before."""
@@ -237,7 +241,8 @@ class DelayLines:
                 if lines.retry is None:
                     lines.retry = self._timers.at(free, lambda now: self._retry(client, now))
                 return
-            self._launch(client, lines, lines.pop(), now)
+            if (output := lines.pop()) is not None:
+                self._launch(client, lines, output, now)
 
     def _launch(self, client: int, lines: _Lines, output: Output, now: int) -> None:
         def deliver(when: int) -> None:

@@ -17,6 +17,9 @@ class Observer:
     def disconnected(self, connection: Connection, now: int) -> None:
         """A client has disconnected, for any reason; nothing can be sent to it."""
 
+    def renamed(self, connection: Connection, old: str) -> None:
+        """A client that was known as ``old`` has another name from now on."""
+
     def authenticated(self, connection: Connection, access: Access | None, now: int) -> None:
         """A client has sent an ``auth`` operation; ``access`` is None if it was rejected."""
 
@@ -56,6 +59,11 @@ class Observers(Observer):
         """Notify all observers."""
         for observer in self._observers:
             observer.disconnected(connection, now)
+
+    def renamed(self, connection: Connection, old: str) -> None:
+        """Notify all observers."""
+        for observer in self._observers:
+            observer.renamed(connection, old)
 
     def authenticated(self, connection: Connection, access: Access | None, now: int) -> None:
         """Notify all observers."""

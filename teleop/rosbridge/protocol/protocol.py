@@ -108,6 +108,17 @@ class Protocol:
         self._client_topics = ClientTopics(self.topics, completion, limits)
         self._dispatcher = self._build_dispatcher()
 
+    def emulate(self, frame_delay: FrameDelay) -> None:
+        """Emulate another link from now on, or one for the first time; frames on their way keep their times."""
+        if self._delays is not None:
+            self._delays.replace(frame_delay)
+            return
+        self._delays = DelayLines(frame_delay, self.timers, self.connections.transmit)
+        self.connections.delays = self._delays
+        self.round_trips.emulate(self._delays)
+        for connection in self.connections:
+            self._delays.add(connection.id)
+
     def _build_dispatcher(self) -> Dispatcher:
         payloads = large_payloads(self.topics, self.services, self.actions)
         reader = LargeFrameReader(self.registry, payloads)

@@ -80,11 +80,16 @@ class RoundTrips:
 
     def __init__(self, timers: Timers, delays: DelayLines | None) -> None:
         self._timers = timers
-        self._delays = delays
+        self._delays: DelayLines | None = None
         if delays is not None:
-            delays.ping_through = self._transmit
+            self.emulate(delays)
         self._send: SendPing | None = None
         self._clients: dict[int, _Pings] = {}
+
+    def emulate(self, delays: DelayLines) -> None:
+        """Have pings take an emulated link from now on."""
+        self._delays = delays
+        delays.ping_through = self._transmit
 
     def attach(self, send: SendPing | None) -> None:
         """Send pings by a function from now on; None to measure the emulated link alone."""

@@ -58,6 +58,7 @@ class TopicOperations:
         options = SubscribeOptions(
             count(operation, "throttle_rate"),
             count(operation, "queue_length") if policies.depth is None else policies.depth,
+            policies.keep_all,
             next((known for known in ENCODINGS if known == compression), "none"),
             fragment_size(operation),
             "ros2" if type is not None and type.count("/") == 2 else self._ros_version,

@@ -209,7 +209,7 @@ class Server:
         if (delays := self.protocol.connections.delays) is not None:
             delays.keep_fresh(client)
         if not self.lockstep and (writer := self._writers.get(client)):
-            writer.keep_fresh(lambda: self.now)
+            writer.keep_fresh()
 
     def backlog(self, client: int) -> int:
         """Return the bytes of a client that have arrived and have not been processed."""
@@ -257,7 +257,8 @@ class Server:
 
     async def _handle(self, socket: WebSocketConnection) -> None:
         """Serve a client until it disconnects."""
-        writer = SocketWriter(socket, self._queue_limits)
+        clock = None if self.lockstep else lambda: self.now
+        writer = SocketWriter(socket, self._queue_limits, clock)
         client = self.protocol.connect(self.now, writer.address, socket.access)
         self._writers[client] = writer
         frames = ClientFrames(self.protocol, client, self._worker, lambda: self.now)

@@ -51,9 +51,21 @@ class Traffic:
 class SocketWriter:
     """A client's socket and its send queue."""
 
-    def __init__(self, socket: WebSocketConnection, limits: QueueLimits) -> None:
+    def __init__(
+        self,
+        socket: WebSocketConnection,
+        limits: QueueLimits,
+        clock: Callable[[], int] | None = None,
+    ) -> None:
+        """Take a socket.
+
+        Args:
+            socket: Of the client.
+            limits: Of its queue.
+            clock: Returns the time [ns]; without one no message grows old.
+        """
         self.socket = socket
-        self._outbox = Outbox(limits)
+        self._outbox = Outbox(limits, clock)
         self._wake = asyncio.Event()
         self._idle = asyncio.Event()
         self._idle.set()
@@ -93,16 +105,12 @@ class SocketWriter:
         self._idle.clear()
         self._wake.set()
 
-    def keep_fresh(self, clock: Callable[[], int]) -> None:
-        """Let messages wait for no longer than ``FRESH``, and few of them where none can be replaced.
-
-        Args:
-            clock: Returns the time [ns].
-        """
+    def keep_fresh(self) -> None:
+        """Let messages wait for no longer than ``FRESH``, and few of them where none can be replaced."""
         if self._fresh:
             return
         self._fresh = True
-        self._outbox.keep_fresh(clock)
+        self._outbox.keep_fresh()
         self.socket.limit_unsent(_FRESH_UNSENT)
         self.socket.transport.set_write_buffer_limits(high=_FRESH_UNSENT)
 

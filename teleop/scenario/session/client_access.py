@@ -50,7 +50,7 @@ def access_with(tokens: Path | None) -> ClientAccess:
     """
     if tokens is None:
         return ClientAccess()
-    credentials = read_credentials(tokens, ROLES)
+    credentials = read_credentials(tokens, ROLES).valid_at(clock.unix_seconds())
     token = os.environ.get(TOKEN, "")
     if not token:
         token = secrets.token_urlsafe(24)

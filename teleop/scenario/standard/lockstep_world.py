@@ -10,9 +10,9 @@ from robot_sim import Simulation, SimulationError, WorldError
 from teleop.robot.robot import Robot
 from teleop.robot.stepped_robot import SteppedRobot
 from teleop.robot.tick_record import TickRecord
-from teleop.scenario.standard.results import Code, ControlError, Scope, State
-from teleop.scenario.standard.simulated_entities import SimulatedEntities
-from teleop.scenario.standard.world_control import SteppingOver, StepsDone
+from teleop.robot.world_control.interface import SteppingOver, StepsDone
+from teleop.robot.world_control.results import Code, ControlError, Scope, State
+from teleop.robot.world_control.simulated_entities import SimulatedEntities
 
 _ALL: Final = Scope.TIME | Scope.STATE | Scope.SPAWNED
 

@@ -9,16 +9,14 @@ from collections.abc import Callable
 from typing import Final
 
 from teleop.robot.topics.topic_table import SIMULATION_ACTION, SIMULATION_SERVICES
+from teleop.robot.world_control.answers import Answer, Request, answered, refuser
+from teleop.robot.world_control.entity_services import EntityServices
+from teleop.robot.world_control.interface import SteppableWorld
+from teleop.robot.world_control.results import Feature, Scope, State
+from teleop.robot.world_control.state_services import StateServices
 from teleop.scenario.standard.access import RefereeAccess
-from teleop.scenario.standard.answers import Answer, Request, answered, refuser
-from teleop.scenario.standard.entity_services import EntityServices
-from teleop.scenario.standard.results import Code, ControlError, Feature, Scope, State
 from teleop.scenario.standard.stepping import Stepping
-from teleop.scenario.standard.world_control import WorldControl
 
-_ALL: Final = Scope.TIME | Scope.STATE | Scope.SPAWNED
-_RESET_ALL: Final = (0, 255)
-"""Values of the scope for everything."""
 _OFFERED: Final = (
     Feature.SPAWNING,
     Feature.DELETING,
@@ -47,16 +45,13 @@ _STEPPING: Final = (
 class SimulationServices:
     """Serves a world's control to the referee."""
 
-    def __init__(self, access: RefereeAccess, control: WorldControl) -> None:
+    def __init__(self, access: RefereeAccess, control: SteppableWorld) -> None:
         """Offer the services; ``access`` watches the protocol already."""
         self._control = control
         self._stepping = Stepping(control)
         answers: dict[str, Answer] = {
             "GetSimulatorFeatures": self._features,
-            "ResetSimulation": self._reset,
-            "GetSimulationState": self._state,
-            "SetSimulationState": self._set_state,
-            "GetCurrentWorld": self._world,
+            **StateServices(control, self._stepping.require_rest).answers,
             **EntityServices(control).answers,
         }
         for service in SIMULATION_SERVICES:
@@ -85,45 +80,6 @@ class SimulationServices:
                 "features": sorted(map(int, features)),
                 "spawn_formats": [],
                 "custom_info": info,
-            }
-        }
-
-    def _reset(self, request: Request) -> Request:
-        self._stepping.require_rest()
-        asked = request["scope"]
-        if asked not in _RESET_ALL and asked & ~int(_ALL):
-            raise ControlError(Code.UNSUPPORTED, f"scope {asked} has bits that are not known here")
-        scope = _ALL if asked in _RESET_ALL else Scope(asked)
-        if scope & ~self._control.scopes:
-            offered = ", ".join(str(s.name) for s in Scope if s in self._control.scopes)
-            raise ControlError(Code.UNSUPPORTED, f"of the scopes only {offered} can be reset here")
-        self._control.reset(scope)
-        return {}
-
-    def _state(self, request: Request) -> Request:
-        return {"state": {"state": int(self._control.state)}}
-
-    def _set_state(self, request: Request) -> Request:
-        self._stepping.require_rest()
-        wanted = request["state"]["state"]
-        if wanted == self._control.state:
-            raise ControlError(Code.ALREADY_THERE, f"it is {self._control.state.name} already")
-        if wanted not in self._control.states:
-            offered = ", ".join(state.name for state in sorted(self._control.states))
-            raise ControlError(
-                Code.UNSUPPORTED, f"state {wanted} cannot be set here; those that can: {offered}"
-            )
-        self._control.set_state(State(wanted))
-        return {}
-
-    def _world(self, request: Request) -> Request:
-        name = self._control.name
-        return {
-            "world": {
-                "name": name,
-                "world_resource": {"uri": name, "resource_string": ""},
-                "description": "",
-                "tags": [],
             }
         }
 

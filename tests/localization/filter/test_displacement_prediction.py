@@ -16,10 +16,12 @@ from localization.filter.ekf import (
     FilterState,
     corrected,
     initial_state,
+    mark,
     with_pose,
 )
 from localization.filter.ekf_config import EkfConfig
 from localization.filter.pose_error import difference
+from localization.filter.updates import update_relative
 from localization.geometry import FloatArray, so3_exp
 from localization.motion.displacement import arc_step, with_turn
 from localization.motion.gyro_turn import GyroStep, ReportedTilt, TurnWitness
@@ -264,3 +266,56 @@ def test_reported_roll_and_pitch_are_taken_over() -> None:
     for _ in range(100):
         state, _ = predict_displacement(state, GYRO, arc_step(0.05, 0.0), 0.1, gyro)
     assert state.pose.euler[:2] == pytest.approx((0.02, -0.1), abs=0.004)
+
+
+# Turns that the scanner observes
+
+SURE, SURER = 0.2, np.deg2rad(0.3)
+"""Errors of a yaw ratio and of an observed turn, one sigma."""
+
+
+def with_ratio(ratio: float, heading: float = 0.05, common: float = 0.3) -> FilterState:
+    """A filter that knows its ratio to ``SURE``, and whose heading [rad] goes with it."""
+    state = with_pose(filter_at(Pose.identity(), ratio), Pose.identity(), np.eye(6) * heading**2)
+    p = np.array(state.full_covariance)
+    p[PSI, PSI] = SURE**2
+    p[5, PSI] = p[PSI, 5] = common * heading * SURE
+    return replace(state, full_covariance=p)
+
+
+def test_observed_turn_corrects_heading_and_ratio_as_if_the_pose_before_it_were_a_state() -> None:
+    """One turn on the spot: heading h, ratio psi, their covariance c; the turn's error is d psi and noise q."""
+    before, turn = with_ratio(1.0), 0.5
+    steady = replace(CONFIG, odometry=replace(CONFIG.odometry, yaw_ratio_walk=0.0))
+    after, _ = predict_displacement(before, steady, Pose.planar(0.0, 0.0, turn), 0.1)
+    seen = np.diag(np.square([0.01, 0.01, SURER]))
+    updated = update_relative(
+        after, before.pose, Pose.planar(0.0, 0.0, turn + 0.1), seen, np.zeros((0, 6))
+    )
+    q, d = float(after.accrued[5, 5]), float(after.by_ratio[5])
+    assert d == pytest.approx(turn, rel=0.05)
+    h, c = 0.05**2, 0.3 * 0.05 * SURE
+    joint = np.array([[h + 2.0 * d * c + d * d * SURE**2 + q, c + d * SURE**2], [0.0, SURE**2]])
+    joint[1, 0] = joint[0, 1]
+    with_motion = np.array([c * d + d * d * SURE**2 + q, d * SURE**2])
+    gain = with_motion / (d * d * SURE**2 + q + SURER**2)
+    at = [5, PSI]
+    assert np.array([updated.pose.yaw - turn, updated.kappa[1]]) == pytest.approx(0.1 * gain)
+    left = updated.full_covariance[np.ix_(at, at)]
+    assert left == pytest.approx(joint - np.outer(gain, with_motion), rel=1e-6)
+
+
+@pytest.mark.parametrize("turn", [-0.2, 0.2])
+def test_ratio_that_is_surely_wrong_is_corrected_by_turns_that_the_scanner_observes(
+    turn: float,
+) -> None:
+    state = with_ratio(1.6)
+    for _ in range(10):
+        then = state.pose
+        state, _ = predict_displacement(state, CONFIG, Pose.planar(0.0, 0.0, turn), 0.2)
+        seen = np.diag(np.square([0.01, 0.01, SURER]))
+        state = mark(
+            update_relative(state, then, Pose.planar(0.0, 0.0, turn), seen, np.zeros((0, 6)))
+        )
+    assert state.yaw_ratio == pytest.approx(1.0, abs=0.1)
+    assert abs(state.kappa[1]) < 3.0 * float(state.full_covariance[PSI, PSI]) ** 0.5

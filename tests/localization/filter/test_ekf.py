@@ -612,6 +612,7 @@ def everything(state: FilterState) -> tuple[object, ...]:
         state.twist.angular,
         state.full_covariance,
         state.accrued,
+        state.by_ratio,
         state.force_sum,
         np.array([state.force_count, np.nan if state.tilt_speed is None else state.tilt_speed]),
     )

@@ -1,4 +1,4 @@
-"""The command ``farsteer console``."""
+"""The commands ``farsteer console`` and ``farsteer tokens``."""
 
 from __future__ import annotations
 
@@ -9,12 +9,17 @@ import signal
 import subprocess
 import sys
 import urllib.request
+from datetime import UTC, datetime
+from pathlib import Path
 
 import pytest
 
 from teleop.__main__ import main
 from teleop.console import console_server
+from teleop.console.lan.token_book import TokenBook
 from teleop.console.page_files import MISSING
+from teleop.robot.serving.lan_access import lan_access
+from teleop.robot.serving.serve_config import ServeConfig
 from tests.teleop.support import ROOT
 
 
@@ -40,6 +45,27 @@ def test_page_that_is_not_built_is_one_line(
     monkeypatch.setattr(console_server, "offer_page", lambda pages, robot: False)
     assert main(["console", "ws://robot:9090", "--port", "0"]) == 2
     assert capsys.readouterr().err.strip() == f"farsteer: {MISSING}"
+
+
+def test_tokens_are_listed_and_revoked_by_name(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path))
+    assert main(["tokens"]) == 2
+    assert "farsteer serve --lan makes it" in capsys.readouterr().err
+    _, access = lan_access(ServeConfig(lan=True))
+    assert access.token_file is not None
+    book = TokenBook(access.token_file.with_name("tokens.toml"))
+    now = datetime(2026, 11, 24, tzinfo=UTC)
+    book.add("Anna", "operate", now, datetime(2126, 12, 1, 18, tzinfo=UTC))
+    assert main(["tokens"]) == 0
+    listed = capsys.readouterr().out.splitlines()
+    assert [line.split()[0] for line in listed] == ["lan", "link", "Anna"]
+    assert listed[2].endswith("operate  device   until 2126-12-01 18:00 UTC")
+    assert main(["tokens", "--revoke", "Anna"]) == 0
+    assert "Anna" not in capsys.readouterr().out
+    assert main(["tokens", "--revoke", "Anna"]) == 2
+    assert "no token 'Anna'; there are: link of the terminal" in capsys.readouterr().err
 
 
 @pytest.mark.process

@@ -63,14 +63,14 @@ async def test_token_in_the_fragment_is_in_no_request(
 ) -> None:
     config, access = lan_access(ServeConfig(lan=True), tmp_path / "lan")
     async with served(config) as robot:
-        address = f"{page_address(robot)}#token={access.token}"
+        address = f"{page_address(robot)}#token={access.link}"
         async with page_of(address, ignore_https_errors=True) as visit:
             await soon(visit.page.get_by_text(re.compile(r"\S")).first.wait_for())
             await visit.page.wait_for_timeout(1000)
             assert visit.hosts == {f"127.0.0.1:{robot.port}"}
             sent = [path.partition("#")[0] for path in visit.paths]
             assert len(sent) >= 3
-            assert [path for path in sent if access.token in path] == []
+            assert [path for path in sent if access.link in path] == []
             assert await visit.page.evaluate("isSecureContext")
             assert visit.violations == []
 

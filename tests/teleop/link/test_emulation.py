@@ -22,7 +22,8 @@ def test_settings_hold_for_both_directions_or_for_one() -> None:
 @pytest.mark.parametrize(
     ("word", "text"),
     [
-        ("delay", "needs a number"),
+        ("delay", "no profile 'delay'; there are geo, lan, lte"),
+        ("delay=", "needs a number"),
         ("delay=fast", "needs a number"),
         ("lag=1", "there are delay, jitter"),
         ("left.delay=1", "up.delay=0.3"),

@@ -22,6 +22,7 @@ from teleop.operator.operate import client_for
 from teleop.operator.operate_config import OperateConfig
 from teleop.robot.audit.audit_file import AuditError
 from teleop.robot.serve import serve
+from teleop.robot.serving.address import Address
 from teleop.robot.serving.greeting import greeting
 from teleop.robot.serving.serve_config import ServeConfig
 from teleop.robot.serving.server_setup import ROLES, address_of
@@ -277,6 +278,25 @@ def test_listening_beyond_loopback_prints_a_warning(
     text = greeting(address, office, office_cloud, map_path, ServeConfig())
     assert ("warning" in text) == bool(warning)
     assert warning in text
+
+
+def test_greeting_fits_a_small_terminal_and_ends_with_the_address_of_the_page(
+    office: World, office_cloud: Cloud
+) -> None:
+    address = Address(
+        "ws://127.0.0.1:9090",
+        "127.0.0.1",
+        9090,
+        False,
+        False,
+        True,
+        True,
+        "http://127.0.0.1:9090/streams",
+    )
+    config = ServeConfig(link=("delay=0.1",), max_age=0.0, slow_age=0.0)
+    text = greeting(address, office, office_cloud, scene_cloud_path("office"), config)
+    assert sum(1 + len(line) // 80 for line in text.splitlines()) <= 23
+    assert "http://127.0.0.1:9090/ " in text.splitlines()[-1]
 
 
 def test_documentation_lists_the_rules_of_each_role() -> None:

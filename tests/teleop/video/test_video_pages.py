@@ -67,6 +67,21 @@ async def test_the_boundary_follows_each_picture_at_once(tmp_path: Path) -> None
 
 
 @in_a_loop
+async def test_a_stream_of_a_lower_rate_has_nothing_drawn_between_its_pictures(
+    tmp_path: Path,
+) -> None:
+    async with video(tmp_path) as rig, viewer(rig.server.port, f"{STREAM}&rate=5") as watching:
+        await watching.reader.readuntil(b"--boundarydonotcross\r\n")
+        begun = asyncio.get_running_loop().time()
+        for _ in range(3):
+            await soon(watching.reader.readuntil(b"\r\n--boundarydonotcross\r\n"))
+            await soon(until(lambda: not rig.hub.wanted))
+            await soon(until(lambda: bool(rig.hub.wanted)))
+        assert asyncio.get_running_loop().time() - begun > 0.55
+    await soon(until(lambda: not rig.hub.wanted))
+
+
+@in_a_loop
 async def test_size_quality_and_invert_are_those_of_the_address(tmp_path: Path) -> None:
     async with video(tmp_path) as rig:
         port = rig.server.port
@@ -87,6 +102,7 @@ REFUSED = [
     (f"topic={TOPIC}&type=vp8", 415, "type 'vp8' is not served here; type=mjpeg works"),
     (f"topic={TOPIC}&quality=0", 400, "quality must be 1 to 100, got '0'"),
     (f"topic={TOPIC}&quality=good", 400, "quality must be 1 to 100, got 'good'"),
+    (f"topic={TOPIC}&rate=61", 400, "rate must be 1 to 60, got '61'"),
     (f"topic={TOPIC}&width=161", 400, "width must be 1 to 160, got '161'"),
     (f"topic={TOPIC}&height={10**30}", 400, "height must be 1 to 120, got '1000"),
 ]

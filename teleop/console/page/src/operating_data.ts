@@ -69,6 +69,9 @@ export const ALARM_RULES = alarms.rules as readonly AlarmRule[];
 /** What is older is shown as old [ms]. */
 export const STALE_AFTER = 1000 * alarms.old;
 
+/** Speeds from which the robot is asked to move, and below which it stands [m/s, rad/s], measured over a time [s]. */
+export const HELD = alarms.held;
+
 export const AGES = words.ages;
 export const LINK = words.link;
 export const LINK_WORDS = words.link.words as Readonly<Record<LinkWord, Named>>;

@@ -57,6 +57,20 @@ export interface MapInfo {
   readonly min: Vector3;
   readonly max: Vector3;
   readonly run: string;
+  readonly places?: readonly NamedPlace[];
+}
+
+/** A place in the map, and where a robot looks there. */
+export interface NamedPlace {
+  readonly name: string;
+  readonly pose: Pose;
+}
+
+/** Where the robot may be: by name, the share of what it sees that is explained there, and how far from where it was [m]. */
+export interface PlaceInQuestion extends Pose {
+  readonly name?: string;
+  readonly share?: number | undefined;
+  readonly away?: number | undefined;
 }
 
 /** The map's points: x, y, z in turn [m] in the map's frame, and normals if there are some. */
@@ -87,6 +101,8 @@ export interface LocalizationStatus {
   readonly fit: number;
   readonly positionSigma: number;
   readonly headingSigma: number;
+  /** Share of the sweep that each place in question explains. */
+  readonly candidateScores?: readonly number[];
 }
 
 export interface HintVerdict {
@@ -163,6 +179,11 @@ export interface Session {
   readonly mayHint: boolean;
   readonly maySearch: boolean;
   readonly mayTakeOver: boolean;
+  readonly mayShare: boolean;
+  /** Whether the token is that of a link, and the robot gives this device one of its own. */
+  readonly link: boolean;
+  /** Whether the robot is simulated, and this page may change its world. */
+  readonly mayPlay: boolean;
 }
 
 /** Roll (left side up) and pitch (nose down) [rad], and the topic that they are from. */
@@ -193,6 +214,8 @@ export interface ConsoleEvent {
   readonly time: Date;
   readonly severity: Severity;
   readonly words: string;
-  /** How often it came in a row. */
+  /** How often it came in a row, and of an alarm how often it began. */
   readonly count: number;
+  /** Which alarm it is, when it began last, and for how long it lasted before in all [s]. */
+  readonly alarm?: { readonly kind: string; readonly begun: Date; readonly active: boolean; readonly lasted: number } | undefined;
 }

@@ -141,6 +141,11 @@ class WireFacts(Observer):
         facts = ClientFacts(connection.name, connection.id, access=connection.access)
         self.clients[connection.id] = facts
 
+    def renamed(self, connection: Connection, old: str) -> None:
+        """Note a client's new name."""
+        if connection.id in self.clients:
+            self.clients[connection.id].name = connection.name
+
     def authenticated(self, connection: Connection, access: Access | None, now: int) -> None:
         """Note what a client that shows a token may do from now on."""
         if connection.id in self.clients and access is not None:

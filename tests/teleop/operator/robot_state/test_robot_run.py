@@ -429,6 +429,44 @@ def test_estop_collision_stall_fall_and_tilt_are_facts_that_end() -> None:
     assert [alarm.kind for alarm in alarms_of(fallen.facts(9 * SECOND))] == ["fallen"]
 
 
+def _seen(asked: float, speed: float, seconds: float) -> list[str]:
+    """Return the alarms after a robot that was asked for one speed [m/s] has moved with another."""
+    reported = ReportedFacts().after("/teleop/state", control("armed") | {"linear": asked}, 0)
+    for ns in range(0, round(seconds * SECOND) + 1, 100 * _MS):
+        moved = {
+            "transforms": [link("map", "odom", 0.0), link("odom", "base_link", speed * ns / SECOND)]
+        }
+        reported = reported.after("/tf", moved, ns)
+    return [alarm.kind for alarm in alarms_of(reported.facts(round(seconds * SECOND)))]
+
+
+@pytest.mark.parametrize(
+    ("asked", "speed", "seconds", "kinds"),
+    [
+        (0.5, 0.0, 2.0, ["blocked"]),
+        (0.5, 0.0, 1.4, []),
+        (0.5, 0.4, 9.0, []),
+        (0.0, 0.0, 9.0, []),
+    ],
+    ids=["stands", "begins", "moves", "rests"],
+)
+def test_robot_that_stands_though_it_is_asked_to_move_is_blocked(
+    asked: float, speed: float, seconds: float, kinds: list[str]
+) -> None:
+    assert _seen(asked, speed, seconds) == kinds
+
+
+def test_robot_whose_poses_are_old_or_that_is_not_placed_is_not_called_blocked() -> None:
+    reported = ReportedFacts().after("/teleop/state", control("armed") | {"linear": 0.5}, 0)
+    for ns in range(0, 2 * SECOND + 1, 100 * _MS):
+        reported = reported.after("/tf", tf(ns), ns)
+    assert reported.facts(2 * SECOND)["blocked"] == pytest.approx(1.8)
+    assert reported.facts(2 * SECOND + STALE + 1)["blocked"] is None
+    assert (
+        reported.after("/tf", tf(0, placed=False), 2 * SECOND).facts(2 * SECOND)["blocked"] is None
+    )
+
+
 @pytest.mark.parametrize(
     ("roll", "pitch", "words"),
     [(0.3, 0.0, "to the right"), (-0.3, 0.0, "to the left"), (0.0, -0.3, "nose up")],

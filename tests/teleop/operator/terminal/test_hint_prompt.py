@@ -11,7 +11,7 @@ import pytest
 from localization.logs.ros_geometry import pose_to_dict
 from localization.types import SECOND, Pose
 from teleop.errors import SettingError
-from teleop.operator.named_places import pose_of, read_places, scene_places
+from teleop.operator.named_places import pose_of, read_places
 from teleop.operator.robot_state.hint_verdicts import SentHint
 from teleop.operator.terminal.hint_prompt import HintPrompt
 
@@ -62,14 +62,6 @@ def test_mistyped_characters_go_and_escape_cancels() -> None:
     assert prompt.after("escape").done
     assert prompt.after("escape").answer is None
     assert prompt.after("backspace").after("backspace").done
-
-
-def test_places_of_a_scene_are_found_by_the_name_of_the_map() -> None:
-    places = scene_places("office")
-    assert {"hall", "kitchen", "library"} <= places.keys()
-    assert places["hall"].position == pytest.approx([24.2, 3.0, 0.0])
-    assert scene_places("no_such_scene") == {}
-    assert scene_places("../office") == {}
 
 
 @pytest.mark.parametrize(

@@ -274,6 +274,8 @@ async def test_late_subscriber_gets_latched_messages(robots: Robots, office_clou
             info = late.last("/map_info")
             assert info["sha256"] == office_cloud.sha256
             assert info["points"] == len(office_cloud.points)
+            places = dict(zip(info["place_names"], info["places"], strict=True))
+            assert places["kitchen"]["position"] == {"x": 3.2, "y": 14.0, "z": 0.0}
             frames = {t["child_frame_id"] for t in late.last("/tf_static")["transforms"]}
             assert frames >= {"laser_horizontal", "laser_vertical"}
             links = {

@@ -10,11 +10,14 @@ from collections.abc import AsyncIterator, Callable
 from contextlib import asynccontextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
+from types import SimpleNamespace
+from typing import Any, cast
 
 import numpy as np
 import pytest
 
-from robot_sim import Simulation, World
+from localization.types import SECOND
+from robot_sim import TICK_NS, Simulation, World
 from teleop import clock
 from teleop.pictures.picture import Picture, PictureFormat
 from teleop.robot.real_time.camera_feed import CameraFeed
@@ -22,6 +25,7 @@ from teleop.robot.real_time.camera_receiver import CameraReceiver
 from teleop.robot.real_time.camera_start import CameraStart
 from teleop.robot.real_time.child_process import ChildProcess
 from teleop.robot.real_time.picture_link import PictureLink
+from teleop.robot.real_time.process_messages import NEXT_STATE
 from teleop.ros_types import registry
 from teleop.rosbridge.protocol.protocol import Protocol
 from teleop.rosbridge.server.server import Server
@@ -150,3 +154,35 @@ def test_robot_where_nothing_can_be_drawn_is_served_without_a_camera(
     assert "libegl1" in line
     assert "\n" not in line
     assert "Traceback" not in capfd.readouterr().err
+
+
+class AskingCamera:
+    """A camera's process that asks for a frame again and again."""
+
+    def __init__(self) -> None:
+        self.channel, self.waiting, self.handed = self, False, 0
+
+    def receive(self) -> list[bytes]:
+        return [NEXT_STATE]
+
+    def send(self, payload: bytes) -> None:
+        self.handed += 1
+
+
+def handed(feed: CameraFeed, camera: AskingCamera, begin: int, seconds: float, gap: int) -> int:
+    """Return how many frames are handed over in ticks of this length [ns]."""
+    before = camera.handed
+    for now in range(begin, begin + round(seconds * SECOND), gap):
+        feed.ticked(now, gap)
+    return camera.handed - before
+
+
+def test_late_ticks_are_spared_the_camera_until_ticks_keep_time() -> None:
+    camera = AskingCamera()
+    simulation: Any = SimpleNamespace(stamp=SECOND, visual_state=lambda: b"")
+    feed = CameraFeed(cast(Any, camera), simulation, 50.0, restart=lambda: cast(Any, camera))
+    assert handed(feed, camera, 0, 1.0, TICK_NS) == 50
+    late = [handed(feed, camera, at * SECOND, 1.0, 6 * TICK_NS) for at in range(1, 12)]
+    assert late[0] <= 5
+    assert sum(late[1:]) <= 4
+    assert handed(feed, camera, 20 * SECOND, 1.0, TICK_NS) == 50

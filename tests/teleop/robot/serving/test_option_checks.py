@@ -26,7 +26,7 @@ class WorldWasLoaded(Exception):
 
 @pytest.fixture(autouse=True)
 def world_that_must_not_be_loaded(monkeypatch: pytest.MonkeyPatch) -> None:
-    def world(*_: object) -> None:
+    def world(*_: object, **spares: object) -> None:
         raise WorldWasLoaded
 
     monkeypatch.setattr(RobotOptions, "world", world)

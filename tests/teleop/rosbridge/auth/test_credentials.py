@@ -90,6 +90,11 @@ def test_token_file_accessible_to_others_is_rejected(tmp_path: Path, mode: int) 
         ('[tokens.a]\nrole = "view"\ntoken = 1234567890123456', "must be a string"),
         (f'[tokens.a]\nrole = "view"\nsha256 = "{TOKEN}"', "64 hexadecimal digits"),
         (f'[tokens.a]\nrole = "view"\ntokn = "{TOKEN}"', "has no 'tokn'"),
+        (
+            f'[tokens.a]\nrole = "view"\ntoken = "{TOKEN}"\nuntil = 2026-11-25T18:00:00',
+            r"tokens\.a\.until must be a time with its zone",
+        ),
+        (f'[tokens.a]\nrole = "view"\ntoken = "{TOKEN}"\nlink = 1', "link must be true or false"),
         (f'[token.a]\nrole = "view"\ntoken = "{TOKEN}"', "the file has no 'token'"),
         ("tokens = 3", "tokens must be tables"),
         ("[tokens]\na = 3", "tokens must be tables"),

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import os
+from datetime import UTC, datetime
 from pathlib import Path
 
 import pytest
@@ -55,7 +56,7 @@ def path(tmp_path: Path) -> Path:
 
 
 def test_changed_file_is_reloaded_once_it_is_steady(path: Path) -> None:
-    file = TokenFile(path)
+    file = TokenFile(path, lambda: NOW)
     assert file.credentials.find(ONE) is not None
     assert (file.poll(), file.poll()) == (None, None)
     write(path, text(("two", TWO)))
@@ -73,7 +74,7 @@ def test_changed_file_is_reloaded_once_it_is_steady(path: Path) -> None:
 def test_invalid_file_is_logged_once_and_ignored(
     path: Path, bad: str, caplog: pytest.LogCaptureFixture
 ) -> None:
-    file = TokenFile(path)
+    file = TokenFile(path, lambda: NOW)
     if bad == "gone":
         path.unlink()
     else:
@@ -90,7 +91,7 @@ def test_invalid_file_is_logged_once_and_ignored(
 
 def guarded(path: Path) -> tuple[Wire, list[int]]:
     """Return a protocol with a client for each token of a file."""
-    authenticator = Authenticator(TokenFile(path).credentials, lambda: 1e9)
+    authenticator = Authenticator(TokenFile(path, lambda: NOW).credentials, lambda: 1e9)
     wire = Wire(0, authenticator=authenticator)
     for token in (ONE, TWO):
         wire.clients.append(
@@ -118,7 +119,7 @@ def test_clients_with_changed_access_are_disconnected(
 ) -> None:
     wire, clients = guarded(path)
     write(path, content)
-    assert wire.protocol.update_credentials(TokenFile(path).credentials) == [
+    assert wire.protocol.update_credentials(TokenFile(path, lambda: NOW).credentials) == [
         clients[i] for i in gone
     ]
     for place in range(2):
@@ -128,14 +129,16 @@ def test_clients_with_changed_access_are_disconnected(
 
 def test_anonymous_clients_stay_while_anonymous_access_is_allowed(path: Path) -> None:
     write(path, 'anonymous = "view"\n')
-    authenticator = Authenticator(TokenFile(path).credentials, lambda: 1e9)
+    authenticator = Authenticator(TokenFile(path, lambda: NOW).credentials, lambda: 1e9)
     wire = Wire(authenticator=authenticator)
     write(path, 'anonymous = "view"\n' + BOTH)
-    assert wire.protocol.update_credentials(TokenFile(path).credentials) == []
+    assert wire.protocol.update_credentials(TokenFile(path, lambda: NOW).credentials) == []
     write(path, BOTH)
-    assert wire.protocol.update_credentials(TokenFile(path).credentials) == wire.clients
+    assert (
+        wire.protocol.update_credentials(TokenFile(path, lambda: NOW).credentials) == wire.clients
+    )
     waiting = wire.protocol.connect(wire.now)  # it has time to authenticate
-    assert wire.protocol.update_credentials(TokenFile(path).credentials) == []
+    assert wire.protocol.update_credentials(TokenFile(path, lambda: NOW).credentials) == []
     assert waiting in client_ids(wire.protocol)
 
 
@@ -144,14 +147,16 @@ def test_changed_secret_disconnects_its_clients(path: Path) -> None:
         return f'[tokens.lab]\nrole = "admin"\nsecret = "{value}"\n'
 
     write(path, secret(ONE))
-    authenticator = Authenticator(TokenFile(path).credentials, lambda: NOW)
+    authenticator = Authenticator(TokenFile(path, lambda: NOW).credentials, lambda: NOW)
     wire = Wire(2, authenticator=authenticator)
     for place, level in enumerate(("admin", "view")):
         wire.send(signed(ONE, level=level), place)
     assert [c.access.role for c in wire.protocol.connections if c.access] == [Role.ADMIN, Role.VIEW]
-    assert wire.protocol.update_credentials(TokenFile(path).credentials) == []
+    assert wire.protocol.update_credentials(TokenFile(path, lambda: NOW).credentials) == []
     write(path, secret(TWO))
-    assert wire.protocol.update_credentials(TokenFile(path).credentials) == wire.clients
+    assert (
+        wire.protocol.update_credentials(TokenFile(path, lambda: NOW).credentials) == wire.clients
+    )
 
 
 def test_credentials_cannot_be_updated_without_authenticator() -> None:
@@ -161,7 +166,7 @@ def test_credentials_cannot_be_updated_without_authenticator() -> None:
 
 @in_a_loop
 async def test_removing_a_token_from_the_file_disconnects_its_client(path: Path) -> None:
-    file = TokenFile(path)
+    file = TokenFile(path, lambda: NOW)
     protocol = Protocol(TypeRegistry(), authenticator=Authenticator(file.credentials, lambda: 1e9))
     serve_rosapi(protocol)
     loop = asyncio.get_running_loop()
@@ -188,10 +193,25 @@ async def test_removing_a_token_from_the_file_disconnects_its_client(path: Path)
 
 def test_token_watch_can_check_immediately(path: Path) -> None:
     rings: list[Credentials] = []
-    watch = TokenWatch(TokenFile(path), rings.append, interval=3600)
+    watch = TokenWatch(TokenFile(path, lambda: NOW), rings.append, interval=3600)
     write(path, text(("two", TWO)))
     watch.check_now()
     while not rings:
         os.sched_yield()
     watch.close()
     assert rings[0].find(ONE) is None
+
+
+def test_token_ends_at_its_time_without_a_change_of_the_file(path: Path) -> None:
+    write(path, BOTH + "until = 2026-11-24T12:00:00Z\n")
+    now = end = datetime(2026, 11, 24, 12, tzinfo=UTC).timestamp()
+    now -= 1.0
+    file = TokenFile(path, lambda: now)
+    assert file.credentials.find(TWO) is not None
+    assert file.poll() is None
+    now = end
+    left = file.poll()
+    assert left is not None
+    assert (left.find(ONE) is not None, left.find(TWO)) == (True, None)
+    assert file.poll() is None
+    assert TokenFile(path, lambda: now).credentials.find(TWO) is None

@@ -1,4 +1,4 @@
-"""ROS#, the client of Unity, imitated on the wire: there is no .NET to run it with.
+"""ROS#, the client of Unity, imitated on the wire for all types; ``tests/examples/unity`` does so in C#.
 
 What it sends and where it falls is from its own sources and tests: ``WebSocketNetProtocol.cs`` (binary
 messages in continuation frames of a kilobyte, texts read as ASCII), ``RosSocket.cs`` (one callback for

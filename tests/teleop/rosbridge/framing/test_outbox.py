@@ -180,8 +180,9 @@ class _Clock:
 
 
 def test_client_that_drives_gets_no_overtaken_message_after_half_a_second() -> None:
-    outbox, clock = Outbox(), _Clock()
-    outbox.keep_fresh(clock)
+    clock = _Clock()
+    outbox = Outbox(clock=clock)
+    outbox.keep_fresh()
     for number in range(6):
         clock.seconds = 0.1 * number
         for frame in (data(f"a{number}", "/a"), data(f"b{number}", "/b"), ping(number)):
@@ -196,8 +197,9 @@ def test_client_that_drives_gets_no_overtaken_message_after_half_a_second() -> N
 
 
 def test_pings_that_wait_make_no_message_older() -> None:
-    outbox, clock = Outbox(), _Clock()
-    outbox.keep_fresh(clock)
+    clock = _Clock()
+    outbox = Outbox(clock=clock)
+    outbox.keep_fresh()
     outbox.push(ping(1))
     clock.seconds = 0.4
     for number in range(3):
@@ -207,8 +209,9 @@ def test_pings_that_wait_make_no_message_older() -> None:
 
 
 def test_only_message_of_a_topic_waits_for_as_long_as_it_takes() -> None:
-    outbox, clock = Outbox(), _Clock()
-    outbox.keep_fresh(clock)
+    clock = _Clock()
+    outbox = Outbox(clock=clock)
+    outbox.keep_fresh()
     for frame in (data("map", "/map"), data("1"), data("2")):
         outbox.push(frame)
     clock.seconds = 60.0
@@ -216,9 +219,44 @@ def test_only_message_of_a_topic_waits_for_as_long_as_it_takes() -> None:
 
 
 def test_messages_queued_before_a_client_drives_count_as_old() -> None:
-    outbox, clock = Outbox(), _Clock()
+    clock = _Clock()
+    outbox = Outbox(clock=clock)
     clock.seconds = 100.0
     for number in range(3):
         outbox.push(data(str(number)))
-    outbox.keep_fresh(clock)
+    clock.seconds = 100.6
+    outbox.keep_fresh()
     assert contents(outbox) == ["2"]
+
+
+def newest(text: str, topic: str = "/pose") -> OutgoingFrame:
+    return replace(data(text, topic), newest=True)
+
+
+def test_after_a_stall_a_client_gets_the_newest_pose_alone_and_all_other_messages() -> None:
+    clock = _Clock()
+    outbox = Outbox(clock=clock)
+    for number in range(30):
+        clock.seconds = 0.1 * number
+        outbox.push(newest(f"pose {number}"))
+        outbox.push(data(f"line {number}", "/rosout"))
+    clock.seconds = 3.0
+    left = contents(outbox)
+    assert [text for text in left if text.startswith("pose")] == ["pose 29"]
+    assert len(left) == 31
+
+
+def test_to_a_client_that_drives_no_pose_is_sent_that_waited_for_more_than_half_a_second() -> None:
+    clock = _Clock()
+    outbox = Outbox(clock=clock)
+    outbox.keep_fresh()
+    outbox.push(newest("old"))
+    outbox.push(data("map", "/map"))
+    clock.seconds = 0.6
+    assert contents(outbox) == ["map"]
+    outbox.push(newest("new"))
+    assert contents(outbox) == ["new"]
+    outbox.push(newest("old again"))
+    clock.seconds = 2.0
+    assert outbox.pop() is None
+    assert len(outbox) == 0

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from robot_sim import TICK_NS
-from teleop.scenario.standard.results import Feature
+from teleop.robot.world_control.results import Feature
 from tests.teleop.scenario.standard.conftest import Desks
 from tests.teleop.scenario.standard.support import Desk, pose
 

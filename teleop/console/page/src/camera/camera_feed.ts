@@ -2,15 +2,24 @@
 
 import { computed, effect, signal, type ReadonlySignal, type Signal } from "@preact/signals";
 import { CameraPictures } from "../link/camera_pictures";
+import type { Dated } from "../robot/data_age";
 import type { RobotState } from "../robot/robot_state";
 import { remembered, type Keeper } from "../scene/stored_signals";
 import { cameraTexts as texts } from "../texts/camera";
+import { FULL, paced, SLOW_RATE, type Pace } from "./camera_pace";
 import { cameraStreams, type CameraStream } from "./camera_streams";
 import { MultipartReader } from "./multipart_reader";
-import type { CameraPicture } from "./picture_age";
 
 /** Before a stream that ended is opened again [ms]. */
 export const REOPEN = 1000;
+/** How often the page's lateness is looked at [ms]. */
+const LOOK = 500;
+
+/** A picture that is shown. */
+export interface CameraPicture extends Dated {
+  /** A blob's address, which holds until two newer pictures have come. */
+  readonly url: string;
+}
 
 /** What the feed needs of its surroundings. */
 export interface FeedParts {
@@ -22,21 +31,26 @@ export interface FeedParts {
   readonly page: string;
   readonly robot: string;
   readonly token: () => string;
+  /** How late the page comes to what is due [ms]; pictures are given up before it suffers. */
+  readonly lateness?: () => number;
 }
 
 export class CameraFeed {
-  /** Name of the chosen stream; empty: off. */
-  readonly choice: Signal<string>;
+  /** Name of the chosen stream; empty: off; undefined: nobody chose, so that it is the first one. */
+  readonly choice: Signal<string | undefined>;
   /** Whether the picture takes the whole place of the scene. */
   readonly large: Signal<boolean>;
   readonly streams: ReadonlySignal<readonly CameraStream[]>;
   /** The stream that is chosen and there. */
   readonly chosen: ReadonlySignal<CameraStream | undefined>;
+  /** How many of the pictures this browser bears. */
+  readonly pace: ReadonlySignal<Pace>;
   readonly picture: ReadonlySignal<CameraPicture | undefined>;
   /** Why no picture comes, in a line; empty while one does. */
   readonly trouble: ReadonlySignal<string>;
   readonly #parts: FeedParts;
   readonly #pictures = new CameraPictures();
+  readonly #paced = signal<Pace>("full");
   readonly #shown = signal<CameraPicture | undefined>(undefined);
   readonly #said = signal("");
   readonly #visible: Signal<boolean>;
@@ -47,30 +61,52 @@ export class CameraFeed {
 
   constructor(state: RobotState, parts: FeedParts) {
     this.#parts = parts;
-    this.choice = remembered("farsteer.camera", "", (kept) => (typeof kept === "string" ? kept : undefined), parts.keeper);
+    this.choice = remembered<string | undefined>("farsteer.camera", undefined, (kept) => (typeof kept === "string" ? kept : undefined), parts.keeper);
     this.large = remembered("farsteer.cameraLarge", false, (kept) => (typeof kept === "boolean" ? kept : undefined), parts.keeper);
+    this.pace = this.#paced;
     this.picture = this.#shown;
     this.trouble = this.#said;
     this.#visible = signal(parts.document.visibilityState !== "hidden");
     parts.document.addEventListener("visibilitychange", this.#looked);
     this.streams = computed(() => cameraStreams(state.videoSources.value ?? new Map(), parts.page, parts.robot));
-    this.chosen = computed(() => this.streams.value.find(({ name }) => name === this.choice.value));
+    this.chosen = computed(() => this.streams.value.find(({ name, path }) =>
+      this.choice.value === undefined ? path !== undefined : name === this.choice.value));
     const path = computed(() => {
       const open = state.connection.value.phase === "open" && this.#visible.value;
-      return open ? this.chosen.value?.path : undefined;
+      const [stream, pace] = [this.chosen.value?.path, this.#paced.value];
+      return !open || stream === undefined || pace === "off" ? undefined : pace === "slow" ? `${stream}&rate=${SLOW_RATE}` : stream;
     });
+    const watching = this.#watchPace();
     // A new run of the robot has a clock of its own: its pictures are another stream.
-    this.#stop = effect(() => {
+    const reading = effect(() => {
       const [wanted] = [path.value, state.run.value];
       this.#clear();
       return wanted === undefined ? undefined : this.#open(wanted);
     });
+    this.#stop = () => { watching(); reading(); };
   }
 
   dispose(): void {
     this.#stop();
     this.#clear();
     this.#parts.document.removeEventListener("visibilitychange", this.#looked);
+  }
+
+  /** Show the pictures after all, at the pace that the page bears. */
+  showAllTheSame(): void {
+    this.choice.value = this.chosen.peek()?.name;
+    this.#paced.value = "slow";
+  }
+
+  /** Follow how late the page is while pictures come. */
+  #watchPace(): () => void {
+    let state = FULL;
+    const timer = setInterval(() => {
+      const reads = this.#shown.peek() !== undefined;
+      state = reads ? paced({ ...state, pace: this.#paced.peek() }, this.#parts.lateness?.() ?? 0, this.#parts.now(), Boolean(this.choice.peek())) : { ...FULL, pace: this.#paced.peek() };
+      this.#paced.value = state.pace;
+    }, LOOK);
+    return () => { clearInterval(timer); };
   }
 
   #clear(): void {

@@ -24,16 +24,13 @@ import { StickSource } from "./stick_source";
 import { TurnTaking } from "./turn_taking";
 
 /** Why everything counts as released, and since when by the page's clock [ms]. */
-export interface Stopped {
-  readonly words: string;
-  readonly at: number;
-}
+export interface Stopped { readonly words: string; readonly at: number }
 
 /** Period at which inputs are looked at [ms]; that of the browser's own gamepad polling. */
 const LOOK = 16;
 
 export class Driving {
-  readonly gear = signal<Gear>("normal");
+  readonly gear: Signal<Gear>;
   readonly sending: ReadonlySignal<Sending | undefined>;
   readonly stoppedBecause: ReadonlySignal<Stopped | undefined>;
   readonly status: ReadonlySignal<DrivingStatus>;
@@ -46,7 +43,6 @@ export class Driving {
   readonly pads: GamepadSource;
   /** Close what is open in front of the page; returns whether there was something, so that Escape does not stop. */
   onEscape: () => boolean = () => false;
-
   /** Steps that the robot drives by itself; they end with everything else. */
   steps: StepMotion | undefined;
 
@@ -71,6 +67,7 @@ export class Driving {
     private readonly environment: DrivingEnvironment,
   ) {
     const { window, document } = environment;
+    this.gear = environment.gear ?? signal<Gear>("normal");
     const now = () => environment.now();
     this.estop = new EmergencyStop(commands, state, now);
     this.turns = new TurnTaking(commands, state);
@@ -293,6 +290,8 @@ export class Driving {
       unmapped: pads.length > 0 && !pads.some(({ mapped }) => mapped),
       focused: this.focused,
       elsewhere: this.keysElsewhere.peek(),
+      thumbs: this.environment.thumbs?.() ?? false,
+      moving: this.steps?.moves ?? false,
       stopped: this.stopped.peek()?.words,
     };
   }

@@ -1,5 +1,7 @@
 /** The browser as driving sees it, and what else it is given. */
 
+import type { Signal } from "@preact/signals";
+import type { Gear } from "../operating_data";
 import type { Loss } from "./page_watch";
 
 /** What of the browser driving needs. */
@@ -11,6 +13,10 @@ export interface DrivingEnvironment {
   now(): number;
   /** Time of the day [ms], as `Date.now()`, which goes on while the computer sleeps; that one if not given. */
   wallNow?(): number;
+  /** Whether the person has a touch screen and nothing else. */
+  thumbs?(): boolean;
+  /** Where the gear is kept; it begins as normal if not given. */
+  readonly gear?: Signal<Gear>;
 }
 
 /** An input that has joined the page's own. */

@@ -17,6 +17,10 @@ export interface OwnInput {
   /** Whether the only gamepads there are need a mapping. */
   readonly unmapped: boolean;
   readonly focused: boolean;
+  /** Whether the hands have a touch screen and nothing else. */
+  readonly thumbs: boolean;
+  /** Whether the robot drives a step, or its arm moves, as the person told it. */
+  readonly moving: boolean;
   /** Whether something else on the page uses the keys. */
   readonly elsewhere: boolean;
   /** Why everything counts as released; undefined if it was not so since the last drive. */
@@ -46,6 +50,11 @@ export interface DrivingStatus {
 type Words = readonly [words: string, remedy: string];
 
 export function drivingStatus(view: RobotView, own: OwnInput): DrivingStatus {
+  const found = statusOf(view, own);
+  return own.thumbs ? { ...found, remedy: texts.forThumbs(found.remedy) } : found;
+}
+
+function statusOf(view: RobotView, own: OwnInput): DrivingStatus {
   const blocked = blockage(view);
   if (blocked === "unguarded" && own.stopped !== undefined) {
     return { ...status(false, [own.stopped, texts.status.unguarded[1]], "bad"), blocked };
@@ -89,6 +98,9 @@ function guarded(view: RobotView, own: OwnInput): DrivingStatus {
   if (own.driving) {
     return status(true, control.armed ? texts.status.driving : texts.status.starting, "good");
   }
+  if (own.moving) {
+    return status(true, texts.status.moving, "good");
+  }
   // The watchdog ends each drive, and a step or the arm takes the robot: that is no news to whoever did it.
   const known = control.reason.startsWith("no command for") || control.reason.endsWith("took the free lease");
   if (own.stopped === undefined && mine && control.state === "disarmed" && !known) {
@@ -112,7 +124,6 @@ function blockageWords(blocked: Blockage, view: RobotView): Words {
   const { control, session, connection } = view;
   switch (blocked) {
     case "connecting":
-    case "lost":
     case "refusedConnection": {
       const [words, remedy] = texts.status[blocked];
       return connection.words === "" ? [words, remedy] : [words, connection.words];

@@ -39,7 +39,14 @@ export function reduceHint(state: HintState, event: HintEvent): HintState {
       return answered(state, { kind: "undo", answer: event.answer });
     case "searched":
       return answered(state, { kind: "search", answer: event.answer });
+    case "found":
+      return isSearching(state) ? { ...state, result: { kind: "found" } } : state;
   }
+}
+
+/** Return whether the whole map is searched on request, and nothing has come of it yet. */
+export function isSearching({ result }: Pick<HintState, "result">): boolean {
+  return result?.kind === "search" && result.answer.success;
 }
 
 /** Return whether the hint can be confirmed. */

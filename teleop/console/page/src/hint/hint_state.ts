@@ -16,7 +16,8 @@ export type HintResult =
   | { readonly kind: "notSent" }
   | { readonly kind: "unanswered" }
   | { readonly kind: "undo"; readonly answer: Answer }
-  | { readonly kind: "search"; readonly answer: Answer };
+  | { readonly kind: "search"; readonly answer: Answer }
+  | { readonly kind: "found" };
 
 export interface HintState {
   readonly phase: HintPhase;
@@ -54,7 +55,9 @@ export type HintEvent =
   | { readonly type: "verdict"; readonly verdict: HintVerdict }
   | { readonly type: "tick"; readonly now: number }
   | { readonly type: "undone"; readonly answer: Answer }
-  | { readonly type: "searched"; readonly answer: Answer };
+  | { readonly type: "searched"; readonly answer: Answer }
+  /** The robot knows its place again. */
+  | { readonly type: "found" };
 
 /** After this long without a verdict the page says that none came [ms]. */
 export const VERDICT_TIMEOUT = 3000;

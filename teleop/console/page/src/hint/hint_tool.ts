@@ -10,7 +10,7 @@ import { hintKey } from "./hint_keys";
 import { watchPointer } from "./hint_pointer";
 import { HintPreviews, type PreviewClock } from "./hint_previews";
 import { qualityOf, type HintQuality } from "./hint_quality";
-import { canConfirm, previewIsOld, reduceHint } from "./hint_reducer";
+import { canConfirm, isSearching, previewIsOld, reduceHint } from "./hint_reducer";
 import { NO_HINT, type HintEvent, type HintState } from "./hint_state";
 
 /** What the tool needs of the picture. */
@@ -47,6 +47,7 @@ const BROWSER_CLOCK: PreviewClock = {
 
 export class HintTool {
   private readonly current = signal<HintState>(NO_HINT);
+  private readonly placed = signal(false);
   private readonly previews: HintPreviews;
   private readonly ends: (() => void)[] = [];
 
@@ -75,9 +76,11 @@ export class HintTool {
       effect(() => {
         const verdict = state.verdict.value;
         if (verdict !== undefined) {
+          this.placed.value = verdict.verdict === "accepted" || this.placed.peek();
           untracked(() => { this.dispatch({ type: "verdict", verdict }); });
         }
       }),
+      this.watchSearch(),
       this.watchRun(),
       this.repeat(),
     );
@@ -86,6 +89,11 @@ export class HintTool {
   /** The hint as it stands. */
   get view(): ReadonlySignal<HintState> {
     return this.current;
+  }
+
+  /** Whether there is a placement to be undone. */
+  get undoable(): ReadonlySignal<boolean> {
+    return this.placed;
   }
 
   /** Whether presses and keys place a hint now. */
@@ -133,7 +141,9 @@ export class HintTool {
 
   /** Undo the last placement. */
   async undo(): Promise<void> {
-    this.dispatch({ type: "undone", answer: await settled(this.commands.undoHint()) });
+    const answer = await settled(this.commands.undoHint());
+    this.placed.value = false;
+    this.dispatch({ type: "undone", answer });
   }
 
   /** Have the whole map searched. */
@@ -212,6 +222,21 @@ export class HintTool {
     this.scene.showGhost(placing || state.phase === "waiting" ? state.pose : undefined, quality);
   }
 
+  /** A search is over once the robot, which doubts its place while it searches, knows it again. */
+  private watchSearch(): () => void {
+    let doubted = false;
+    return effect(() => {
+      const health = this.state.status.value?.health;
+      const searching = isSearching(this.current.value);
+      const knows = health === "tracking" || health === "degraded";
+      doubted = searching && (doubted || !knows);
+      if (doubted && knows) {
+        this.placed.value = true;
+        untracked(() => { this.dispatch({ type: "found" }); });
+      }
+    });
+  }
+
   private watchRun(): () => void {
     let run = this.state.run.peek();
     return effect(() => {
@@ -219,6 +244,7 @@ export class HintTool {
       const another = now !== run && run !== "";
       run = now;
       if (another) {
+        this.placed.value = false;
         untracked(() => { this.dispatch({ type: "forget" }); });
       }
     });

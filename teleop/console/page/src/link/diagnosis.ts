@@ -44,15 +44,21 @@ export async function diagnose(address: string, hung: boolean, surroundings: Sur
   if (version.type === "opaque") {
     return linkTexts.notRosbridge(address);
   }
-  if (!(await isRobot(version))) {
+  const content = await json(version);
+  if (content === LATE) {
+    return linkTexts.handshakeHangs(address);
+  }
+  if (!isRobot(content)) {
     return version.status === 503 ? linkTexts.full(address) : linkTexts.notRosbridge(address);
   }
   const clients = await clientsOf(await ask("/healthz"));
   return clients >= NEARLY_FULL ? linkTexts.full(address) : linkTexts.refusesPage(address, surroundings.origin);
 }
 
-async function isRobot(response: Response): Promise<boolean> {
-  const content = await json(response);
+/** What a server that is too busy to send all of its answer in time says. */
+const LATE = Symbol("late");
+
+function isRobot(content: unknown): boolean {
   return typeof content === "object" && content !== null && "protocol" in content;
 }
 
@@ -67,7 +73,7 @@ async function clientsOf(response: Response | undefined): Promise<number> {
 async function json(response: Response): Promise<unknown> {
   try {
     return response.ok ? await response.json() : undefined;
-  } catch {
-    return undefined;
+  } catch (error) {
+    return error instanceof DOMException && error.name === "TimeoutError" ? LATE : undefined;
   }
 }

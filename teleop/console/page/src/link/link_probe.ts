@@ -23,10 +23,13 @@ export class LinkProbe {
   #hasSession = true;
   #hasCounts = true;
   #generation = 0;
+  #introduced = false;
 
   constructor(
     calls: ServiceCalls, recorder: LinkRecorder, state: RobotState, now: () => number,
     complain: (source: string, complaint: string) => void,
+    /** Name of the person at this page; empty for none. */
+    private readonly name: () => string = () => "",
   ) {
     this.#calls = calls;
     this.#recorder = recorder;
@@ -40,6 +43,7 @@ export class LinkProbe {
     this.#generation += 1;
     this.#askedAt = this.#countedAt = -Infinity;
     this.#hasSession = this.#hasCounts = true;
+    this.#introduced = false;
   }
 
   /** Ask what is due. */
@@ -58,6 +62,10 @@ export class LinkProbe {
     const generation = this.#generation;
     const askedAt = this.#now();
     const farsteer = this.#hasSession && this.#state.dialect.peek() !== "plain";
+    if (farsteer && this.name() !== "" && !this.#introduced) {
+      this.#introduced = true;
+      void this.#calls.call("/teleop/introduce", { name: this.name() });
+    }
     this.#recorder.asked(askedAt);
     const reply = farsteer
       ? await this.#calls.call("/teleop/session")

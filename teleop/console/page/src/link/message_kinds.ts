@@ -1,5 +1,6 @@
 /** The kinds of messages that the page understands, and the part of the state that each fills. */
 
+import { placesInQuestion } from "../robot/places";
 import type { RobotState } from "../robot/robot_state";
 import type {
   Bumpers, CloudPoints, ControlState, DriveTrouble, GridMap, HintVerdict, LocalizationStatus, MapInfo, Pose,
@@ -139,7 +140,8 @@ export function messageKinds({ state, picture, pictures, mapInfo, control, compl
       use: (poses) => {
         // Ten times a second there are none: readers need not run for that.
         if (poses.length > 0 || state.candidates.peek().length > 0) {
-          state.candidates.value = poses;
+          const [scores, places] = [state.status.peek()?.candidateScores ?? [], state.mapInfo.peek()?.places ?? []];
+          state.candidates.value = placesInQuestion(poses, scores, places, state.mapFromBase.peek());
         }
       },
     },

@@ -67,14 +67,14 @@ export class RobotLink {
 
   /**
    * @param address Address of the robot, such as `ws://192.168.1.7:9090`.
-   * @param options Token to log in with, and whether to begin with the lean picture.
+   * @param options Token to log in with, the person's name, and whether to begin with the lean picture.
    * @param state Filled with what is known of the robot.
    * @param events Takes lines for the event list.
    * @param parts The browser's own, unless a test gives others.
    */
   constructor(
     address: string,
-    options: { readonly token?: string; readonly lean?: boolean },
+    options: { readonly token?: string; readonly lean?: boolean; readonly name?: () => string },
     state: RobotState,
     events: (severity: Severity, words: string) => void,
     parts: LinkParts = browserParts(address),
@@ -163,7 +163,7 @@ export class RobotLink {
     });
     this.commands = this.#commander;
     this.wire = robotWire(this.#intake, this.#subscriptions, this.#calls, this.#commander);
-    this.#probe = new LinkProbe(this.#calls, this.#recorder, state, parts.now, complain);
+    this.#probe = new LinkProbe(this.#calls, this.#recorder, state, parts.now, complain, options.name);
   }
 
   /** How good the connection is, renewed twice a second. */

@@ -1,6 +1,6 @@
 /** The page: a bar, the picture with what must always be in reach, and the panels beside it. */
 
-import { useSignal } from "@preact/signals";
+import { useSignal, type Signal } from "@preact/signals";
 import { useEffect, useMemo, useRef } from "preact/hooks";
 import { DrivingPanel, EstopButton, GearSwitch, MappingPage, SpeedFigure, StickPad, TurnTaking } from "../panels/driving";
 import { AlarmBar, MuteButton } from "../panels/alarms/alarm_bar";
@@ -10,6 +10,7 @@ import { CameraPanel } from "../panels/camera/camera_panel";
 import { CameraView } from "../panels/camera/camera_view";
 import { Dialog } from "../panels/dialog";
 import { EventList } from "../panels/events/event_list";
+import { GuidePanel } from "../panels/guide/guide_panel";
 import { HintPanel } from "../panels/hint/hint_panel";
 import { LayersPanel, ViewSwitch } from "../panels/layers/layers_panel";
 import { LegendPanel } from "../panels/layers/legend_panel";
@@ -25,8 +26,11 @@ import { Fold } from "./fold";
 import { Guarded } from "./guarded";
 import type { HeadsetPart } from "./headset_loader";
 import { pageLayout, type Layout } from "./layout";
+import { MinimapView } from "./minimap_view";
 import { Notices } from "./notices";
+import { PhoneTools } from "./phone_tools";
 import type { PageParts } from "./page_parts";
+import { PlaygroundSlot } from "./playground_slot";
 
 interface LaidOut {
   readonly parts: PageParts;
@@ -34,58 +38,69 @@ interface LaidOut {
 }
 
 export function App({ parts, canvas }: { readonly parts: PageParts; readonly canvas: HTMLCanvasElement }) {
-  const drawer = useSignal(false);
+  const [drawer, about] = [useSignal(false), useSignal(false)];
   const layout = useMemo(() => pageLayout(), []).value;
   const { state } = parts;
   const mayDrive = state.session.value?.mayDrive !== false;
+  const cameraLarge = parts.camera.large.value && parts.camera.chosen.value?.path !== undefined && parts.camera.pace.value !== "off";
+  const hinting = hintFirst(parts);
   return (
-    <div class="page" data-layout={layout} data-drawer={drawer.value ? "open" : "closed"}>
-      <Bar parts={parts} layout={layout} drawer={drawer.value} onDrawer={() => { drawer.value = !drawer.value; }} />
-      <main class="page-scene" aria-label={texts.picture}>
+    <div class="page" data-hint={hinting ? "open" : "closed"} data-layout={layout} data-drawer={drawer.value ? "open" : "closed"}>
+      <Bar parts={parts} layout={layout} about={about} drawer={drawer.value} onDrawer={() => { drawer.value = !drawer.value; }} />
+      <main class="page-scene" aria-label={texts.picture} data-large={cameraLarge ? "camera" : "scene"}>
         <Canvas canvas={canvas} />
+        {cameraLarge && <button type="button" class="page-swap" aria-label={texts.sceneLarge} title={texts.sceneLarge} onClick={() => { parts.camera.large.value = false; }} />}
         <Camera parts={parts} />
         <Guarded name={texts.cameraPicture}><CameraView feed={parts.camera} state={parts.state} link={parts.statistics} /></Guarded>
         <div class="page-top">
           <Guarded name={texts.alarms}><AlarmBar alarms={parts.alarms} /></Guarded>
           <Notices parts={parts} />
-          {layout === "phone" && <DrivingCard parts={parts} />}
+          {layout === "phone" && (hinting
+            ? <Guarded name={texts.hint}><HintPanel tool={parts.hint} state={state} /></Guarded>
+            : <DrivingCard parts={parts} />)}
+          <Guarded name={texts.picture}><MinimapView parts={parts} /></Guarded>
+          <Guarded name={texts.guide}><GuidePanel guide={parts.guide} pads={parts.driving.pads.pads.value.length} /></Guarded>
         </div>
         <div class="page-bottom">
           <div class="page-stick">{mayDrive && <StickPad driving={parts.driving} />}</div>
           <div class="page-middle">
             {state.dialect.value !== "plain" && <Guarded name={texts.driving}><SpeedFigure state={state} gear={parts.driving.gear.value} /></Guarded>}
             {mayDrive && <GearSwitch driving={parts.driving} />}
-            {layout === "wide" && <Legend parts={parts} />}
+            {layout === "wide" && !cameraLarge && (hinting || parts.scene.doubtful.value) && <Legend parts={parts} />}
           </div>
           <div class="page-estop"><EstopButton driving={parts.driving} state={parts.state} /></div>
         </div>
       </main>
-      <Panels parts={parts} layout={layout} />
+      <Panels parts={parts} layout={layout} about={about} />
     </div>
   );
 }
 
 interface BarProps extends LaidOut {
+  readonly about: Signal<boolean>;
   readonly drawer: boolean;
   readonly onDrawer: () => void;
 }
 
-function Bar({ parts, layout, drawer, onDrawer }: BarProps) {
-  const about = useSignal(false);
+function Bar({ parts, layout, about, drawer, onDrawer }: BarProps) {
+  const mayDrive = parts.state.session.value?.mayDrive === true && parts.state.dialect.value === "farsteer";
   const { state, scene, settings } = parts;
   return (
     <header class="page-bar">
-      <h1>{texts.robot(state.mapInfo.value?.name ?? "")}</h1>
+      <h1>{texts.map(state.mapInfo.value?.name ?? "")}</h1>
       <HeadsetButtons headset={parts.headset} />
       <LinkLamp link={parts.statistics} state={state} />
       <HealthLamp state={state} />
       <span class="page-space" />
-      {layout !== "phone" && <ViewSwitch view={settings.view} views={viewsOf(state.arm.value)} />}
+      {layout === "phone" ? <PhoneTools parts={parts} /> : <ViewSwitch view={settings.view} views={viewsOf(state.arm.value)} />}
       {!scene.following.value && (
         <button type="button" onClick={() => { scene.recentre(); }}>{texts.follow}</button>
       )}
       <MuteButton alarms={parts.alarms} />
-      <button type="button" onClick={() => { about.value = true; }}>{texts.about}</button>
+      {!parts.guide.shown.value && mayDrive && layout !== "phone" && (
+        <button type="button" onClick={() => { parts.guide.again(); }}>{texts.guide}</button>
+      )}
+      {layout !== "phone" && <button type="button" onClick={() => { about.value = true; }}>{texts.about}</button>}
       <button type="button" class="page-drawer-button" aria-expanded={drawer} onClick={onDrawer}>
         {drawer ? texts.hidePanels : texts.panels}
       </button>
@@ -114,6 +129,11 @@ function DrivingCard({ parts: { driving, state } }: { readonly parts: PageParts 
   );
 }
 
+/** Whether the place of the robot is what a person has to see to now: then it comes first. */
+function hintFirst({ hint, state }: PageParts): boolean {
+  return hint.view.value.phase === "placing" || state.candidates.value.length > 0;
+}
+
 function Legend({ parts }: { readonly parts: PageParts }) {
   const colours = COLOURS[parts.settings.theme.value];
   const truth = parts.state.truth.value !== undefined;
@@ -124,39 +144,48 @@ function Legend({ parts }: { readonly parts: PageParts }) {
   return <LegendPanel entries={distanceLegend(parts.settings.theme.value)} marks={marks} />;
 }
 
-function Panels({ parts, layout }: LaidOut) {
+function Panels({ parts, layout, about }: LaidOut & { readonly about: Signal<boolean> }) {
   const { state, driving, settings } = parts;
   const refused = state.connection.value.phase === "refused";
   const pads = useSignal(false);
+  const hinting = hintFirst(parts);
+  const hint = <Guarded name={texts.hint}><HintPanel tool={parts.hint} state={state} /></Guarded>;
   return (
     <div class="page-drawer">
       <aside class="page-panels page-left" aria-label={texts.driving}>
+        {hinting && layout !== "phone" && hint}
         {layout !== "phone" && <DrivingCard parts={parts} />}
         {state.arm.value && <ArmSlot parts={parts} />}
         {state.dialect.value === "farsteer" && state.session.value?.mayDrive !== false && (
           <Fold title={texts.steps}><StepsPanel steps={parts.steps} driving={driving} state={state} /></Fold>
         )}
-        <Guarded name={texts.hint}><HintPanel tool={parts.hint} state={state} /></Guarded>
+        {state.session.value?.mayPlay === true && <PlaygroundSlot parts={parts} />}
+        {!hinting && hint}
         <Guarded name={texts.place}><LocalizationPanel state={state} /></Guarded>
       </aside>
       <aside class="page-panels page-right" aria-label={texts.information}>
         <Guarded name={texts.cameraPicture}><CameraPanel feed={parts.camera} photo={parts.photo} state={state} /></Guarded>
-        <Guarded name={texts.attitude}><AttitudePanel state={state} /></Guarded>
         <Fold title={texts.folds.link}><LinkPanel link={parts.statistics} state={state} /></Fold>
+        <Fold title={texts.folds.attitude}><AttitudePanel state={state} /></Fold>
         <Fold title={texts.folds.picture}>
           <LayersPanel
             settings={settings}
             views={viewsOf(state.arm.value)}
             lean={state.dialect.value === "plain" ? undefined : { lean: parts.lean, setLean: parts.setLean }}
             absent={absentLayers(parts)}
+            ages={parts.ages}
           />
-          {layout !== "wide" && <Legend parts={parts} />}
+          <Legend parts={parts} />
         </Fold>
         <Fold title={texts.folds.session} open={refused}>
-          <SessionPanel state={state} commands={{ authenticate: parts.logIn }} onLogout={parts.logOut} />
+          <SessionPanel
+            state={state} commands={{ authenticate: parts.logIn }} onLogout={parts.logOut}
+            name={parts.name.value} onRename={parts.rename} sharing={parts.sharing}
+          />
         </Fold>
         <button type="button" class="page-tool" onClick={() => { pads.value = true; }}>{texts.gamepads}</button>
-        <Dialog title={texts.gamepads} open={pads.value} onClose={() => { pads.value = false; }}>
+        {layout === "phone" && <button type="button" class="page-tool" onClick={() => { about.value = true; }}>{texts.about}</button>}
+        <Dialog title={texts.folds.gamepads} open={pads.value} onClose={() => { pads.value = false; }}>
           <MappingPage driving={driving} secure={window.isSecureContext} onClose={() => { pads.value = false; }} />
         </Dialog>
         <Fold title={texts.folds.events} open><EventList log={parts.events} /></Fold>

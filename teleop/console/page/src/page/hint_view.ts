@@ -1,17 +1,18 @@
-/** Hints are placed on the map as seen from above: that view comes and goes with them. */
+/** Hints are placed, and places that a search found are compared, on the map as seen from above. */
 
 import { effect, type ReadonlySignal, type Signal } from "@preact/signals";
+import { isSearching } from "../hint/hint_reducer";
 import type { HintState } from "../hint/hint_state";
 import type { View } from "../scene/settings";
 
 /**
- * Show the map from above when a hint is begun, and the view of before once the robot has judged it or it was left.
+ * Show the map from above when a hint or a search is begun, and the view of before once it is over.
  *
  * A view that the person chooses meanwhile stays. The returned function ends it.
  */
-export function viewHintsFromAbove(hint: ReadonlySignal<Pick<HintState, "phase">>, view: Signal<View>): () => void {
+export function viewHintsFromAbove(hint: ReadonlySignal<Pick<HintState, "phase" | "result">>, view: Signal<View>): () => void {
   let before: View | undefined;
-  let placing = false;
+  let looking = false;
   const stopWatching = effect(() => {
     if (view.value !== "top") {
       before = undefined; // somebody wants to see it so
@@ -19,9 +20,10 @@ export function viewHintsFromAbove(hint: ReadonlySignal<Pick<HintState, "phase">
   });
   const stop = effect(() => {
     const { phase } = hint.value;
-    if (phase === "placing") {
+    const looks = phase === "placing" || isSearching(hint.value);
+    if (looks) {
       const present = view.peek();
-      if (!placing && present !== "top") {
+      if (!looking && present !== "top") {
         view.value = "top";
         before = present;
       }
@@ -29,7 +31,7 @@ export function viewHintsFromAbove(hint: ReadonlySignal<Pick<HintState, "phase">
       view.value = before;
       before = undefined;
     }
-    placing = phase === "placing";
+    looking = looks;
   });
   return () => { stopWatching(); stop(); };
 }

@@ -12,10 +12,10 @@ export function Notices({ parts }: { readonly parts: PageParts }) {
       {connection.phase === "connecting" && connection.words === "" && (
         <p role="status">{texts.connecting(parts.address)}</p>
       )}
-      {connection.words !== "" && connection.phase !== "open" && <p role="alert">{connection.words}</p>}
+      {connection.words !== "" && (connection.phase === "connecting" || connection.phase === "refused") && <p role="alert">{connection.words}</p>}
       {progress !== undefined && (
         <p role="status">
-          {texts.map(progress)} <progress max={1} value={progress} aria-label={texts.map(progress)} />
+          {texts.loading(progress)} <progress max={1} value={progress} aria-label={texts.loading(progress)} />
         </p>
       )}
       {scene.trouble.value !== "" && <p role="alert">{scene.trouble.value}</p>}

@@ -4,6 +4,13 @@ import { actionOf, dialogOpen, ownsKeys } from "../driving/key_bindings";
 import { shownView, viewsOf } from "../scene/settings";
 import type { PageParts } from "./page_parts";
 
+/** Show the view after the present one. */
+export function nextView({ settings, state }: Pick<PageParts, "settings" | "state">): void {
+  const views = viewsOf(state.arm.peek());
+  const next = (views.indexOf(shownView(settings.view.peek(), state.arm.peek())) + 1) % views.length;
+  settings.view.value = views[next] ?? "chase";
+}
+
 /** Act on V and H wherever no field, dialog or hint takes keys. */
 export function watchKeys({ settings, hint, state }: PageParts): void {
   window.addEventListener("keydown", (event) => {
@@ -13,9 +20,7 @@ export function watchKeys({ settings, hint, state }: PageParts): void {
     }
     const action = actionOf(event.code);
     if (action === "view") {
-      const views = viewsOf(state.arm.peek());
-      const next = (views.indexOf(shownView(settings.view.peek(), state.arm.peek())) + 1) % views.length;
-      settings.view.value = views[next] ?? "chase";
+      nextView({ settings, state });
     } else if (action === "hint" && state.session.peek()?.mayHint !== false) {
       hint.begin();
     }

@@ -6,24 +6,30 @@ import { browserAlarmEnvironment } from "../alarms/browser_environment";
 import { CameraFeed } from "../camera/camera_feed";
 import { PhotoControl } from "../camera/photo_control";
 import { Driving } from "../driving/driving";
+import { Carrier } from "../guide/carrier";
+import { FirstDrive } from "../guide/first_drive";
 import { HintTool } from "../hint/hint_tool";
 import { httpAddress } from "../link/diagnosis";
 import { RobotLink } from "../link/robot_link";
+import type { RobotWire } from "../link/robot_wire";
 import { closeTopDialog } from "../panels/dialog";
 import { EventLog } from "../panels/events/event_log";
+import { Sharing } from "../panels/session/sharing";
 import type { RobotCommands } from "../robot/robot_commands";
 import { unknownState, type LinkStatisticsSignal, type RobotState } from "../robot/robot_state";
 import { browserKeeper, remembered } from "../scene/stored_signals";
 import { Scene } from "../scene/scene";
 import { sceneSettings, type SceneSettings } from "../scene/settings";
+import { friendlyName, validName } from "../session/person_name";
 import { keepToken, takeToken, type TokenPlaces } from "../session/token";
 import { StepControl } from "../steps/step_control";
-import { alarmTexts } from "../texts/alarms";
 import { bothMotions, loadArm, type LoadedArm } from "./arm_loader";
 import { loadHeadset, type HeadsetPart } from "./headset_loader";
 import { viewHintsFromAbove } from "./hint_view";
+import { keepAwake, rememberedGear, thumbsOnly } from "./hands";
 import { watchSurroundings } from "./surroundings";
-import { watchStaleness } from "./stale_picture";
+import { watchAges, type LayerAges } from "./layer_ages";
+import { takeOwnToken } from "./own_token";
 
 /** What the components show and use. */
 export interface PageParts {
@@ -36,6 +42,7 @@ export interface PageParts {
   readonly settings: SceneSettings;
   readonly driving: Driving;
   readonly hint: HintTool;
+  readonly guide: FirstDrive;
   readonly steps: StepControl;
   /** What moves the arm, once it has been loaded for a robot that has one. */
   readonly arm: ReadonlySignal<LoadedArm | undefined>;
@@ -45,15 +52,23 @@ export interface PageParts {
   readonly photo: PhotoControl;
   readonly alarms: Alarms;
   readonly events: EventLog;
+  /** How old each layer of the picture is. */
+  readonly ages: ReadonlySignal<LayerAges>;
   readonly lean: ReadonlySignal<boolean>;
   readonly setLean: (lean: boolean) => void;
+  /** The person's name, which this browser keeps. */
+  readonly name: ReadonlySignal<string>;
+  readonly rename: (name: string) => void;
+  readonly sharing: Sharing;
+  /** The robot by the names of its services. */
+  readonly wire: RobotWire;
   /** Log in with a token, which this tab keeps. */
   readonly logIn: (token: string) => void;
   /** Forget the token, and begin anew without one. */
   readonly logOut: () => void;
 }
 
-const PLACES: TokenPlaces = { location, history, storage: () => sessionStorage };
+const PLACES: TokenPlaces = { location, history, storage: () => sessionStorage, lasting: () => localStorage };
 
 /** Make all parts and connect to the robot. */
 export function startParts(address: string, version: string, canvas: HTMLCanvasElement): PageParts {
@@ -64,7 +79,10 @@ export function startParts(address: string, version: string, canvas: HTMLCanvasE
     "farsteer.lean", false, (kept) => (typeof kept === "boolean" ? kept : undefined), browserKeeper(),
   );
   const token = takeToken(PLACES);
-  const link = new RobotLink(address, { ...(token === "" ? {} : { token }), lean: lean.peek() }, state, events.add);
+  const name = remembered("farsteer.name", "", validName, browserKeeper());
+  name.value ||= friendlyName();
+  const options = { ...(token === "" ? {} : { token }), lean: lean.peek(), name: () => name.peek() };
+  const link = new RobotLink(address, options, state, events.add);
   const { commands } = link;
   effect(() => {
     if (settings.layers.value.map) {
@@ -72,8 +90,13 @@ export function startParts(address: string, version: string, canvas: HTMLCanvasE
     }
   });
   const scene = new Scene(canvas, state, settings);
-  const driving = new Driving(commands, state, { window, document, navigator, now: () => performance.now() });
+  const driving = new Driving(commands, state, {
+    window, document, navigator, now: () => performance.now(), gear: rememberedGear(), thumbs: thumbsOnly(),
+  });
   const hint = new HintTool(canvas, scene, commands, state);
+  const guide = new FirstDrive(state, new Carrier(link.wire, state), remembered(
+    "farsteer.guide-closed", false, (kept) => (typeof kept === "boolean" ? kept : undefined), browserKeeper(),
+  ));
   const steps = new StepControl(commands);
   steps.stopWhenHidden(document);
   const arm = loadArm({ wire: link.wire, state, scene, settings, driving, lean, events: events.add });
@@ -81,7 +104,7 @@ export function startParts(address: string, version: string, canvas: HTMLCanvasE
   const robot = httpAddress(address);
   const camera = new CameraFeed(state, {
     fetch: (url, init) => fetch(url, init), now: () => performance.now(), document, keeper: browserKeeper(),
-    page: location.href, robot, token: () => takeToken(PLACES),
+    page: location.href, robot, token: () => takeToken(PLACES), lateness: () => link.statistics.peek().pageLag,
   });
   const photo = new PhotoControl(commands, robot);
   driving.onEscape = () => closeTopDialog() || hint.escape();
@@ -93,23 +116,27 @@ export function startParts(address: string, version: string, canvas: HTMLCanvasE
     }
   });
   viewHintsFromAbove(hint.view, settings.view);
+  effect(() => { camera.large.value = camera.large.peek() && hint.view.value.phase !== "placing"; });
   effect(() => { driving.keysElsewhere.value = hint.view.value.phase === "placing" || arm.value?.arm.chosen.value === true; });
   effect(() => { document.documentElement.dataset["theme"] = settings.theme.value; });
   const alarms = new Alarms(
     state, link.statistics,
-    (alarm, ended) => { events.add(ended ? "info" : alarm.severity, ended ? alarmTexts.over(alarm.words) : alarm.words); },
+    (alarm, ended) => { events.alarm(alarm, ended); },
     browserAlarmEnvironment(),
   );
+  const ages = watchAges(state, link.statistics, scene);
   const headset = loadHeadset(navigator.xr, {
     immersion: scene.immersion, state, statistics: link.statistics, driving, steps, hint, camera, photo, alarms, arm,
     theme: settings.theme, now: () => performance.now(), events: events.add,
   });
-  watchStaleness(state, scene.stale);
   watchSurroundings(state, () => scene.body);
+  keepAwake(state, navigator, document);
+  takeOwnToken(link.wire, state, () => name.peek(), (own) => { keepToken(PLACES, own, "lasting"); commands.authenticate(own); });
   link.start();
   return {
-    address, version, state, commands, statistics: link.statistics, scene, settings, driving, hint, steps, arm, camera, photo, alarms, headset,
-    events, lean,
+    address, version, state, commands, statistics: link.statistics, scene, settings, driving, hint, guide, steps, arm, camera, photo, alarms, headset,
+    events, lean, ages, wire: link.wire, name, sharing: new Sharing(link.wire),
+    rename: (wanted) => { name.value = wanted; commands.authenticate(takeToken(PLACES)); },
     setLean: (wanted) => { lean.value = wanted; link.setLean(wanted); },
     logIn: (given) => { keepToken(PLACES, given); commands.authenticate(given); },
     logOut: () => { keepToken(PLACES, ""); location.reload(); },

@@ -2,6 +2,7 @@
 
 import { effect } from "@preact/signals";
 import { setIfChanged } from "../driving/set_if_changed";
+import { HELD } from "../operating_data";
 import type { RobotState } from "../robot/robot_state";
 import { motionMeter } from "../scene/measured_motion";
 import { nearestObstacle, type Body } from "../scene/nearest_obstacle";
@@ -22,16 +23,15 @@ export function watchSurroundings(state: RobotState, body: () => Body): void {
   });
 }
 
-/** Speeds from which the robot is asked to move, and below which it does not [m/s, rad/s]. */
-const ASKED = { linear: 0.1, angular: 0.3 };
-const STANDS = { linear: 0.03, angular: 0.08 };
-
 interface Velocity {
   readonly linear: number;
   readonly angular: number;
 }
 
 function isHeld(asked: Velocity, motion: Velocity): boolean {
-  const wants = Math.abs(asked.linear) > ASKED.linear || Math.abs(asked.angular) > ASKED.angular;
-  return wants && Math.abs(motion.linear) < STANDS.linear && Math.abs(motion.angular) < STANDS.angular;
+  return exceeds(asked, HELD.asked) && !exceeds(motion, HELD.stands);
+}
+
+function exceeds(speed: Velocity, limit: Velocity): boolean {
+  return Math.abs(speed.linear) > limit.linear || Math.abs(speed.angular) > limit.angular;
 }

@@ -3,7 +3,7 @@
 import { signal, type ReadonlySignal, type Signal } from "@preact/signals";
 import type {
   Attitude, Bumpers, CameraImage, CloudPoints, ControlState, DriveTrouble, GridMap, HintVerdict, LocalizationStatus,
-  MapInfo, MapPoints, MeasuredMotion, NearestObstacle, PlanarCovariance, Pose, Session, StampedPose,
+  MapInfo, MapPoints, MeasuredMotion, NearestObstacle, PlaceInQuestion, PlanarCovariance, Session, StampedPose,
 } from "../values";
 
 export type ConnectionPhase = "connecting" | "open" | "lost" | "refused";
@@ -45,7 +45,8 @@ export interface RobotState {
   /** Horizontal scan as points in `base_link`, shown while there is no pose. */
   readonly scan: Signal<CloudPoints | undefined>;
   readonly status: Signal<LocalizationStatus | undefined>;
-  readonly candidates: Signal<readonly Pose[]>;
+  /** Nearest first. */
+  readonly candidates: Signal<readonly PlaceInQuestion[]>;
   readonly verdict: Signal<HintVerdict | undefined>;
   readonly control: Signal<ControlState | undefined>;
   /** When `control` came [ms]. */
@@ -92,7 +93,7 @@ export function unknownState(): RobotState {
     cloud: signal(undefined),
     scan: signal(undefined),
     status: signal(undefined),
-    candidates: signal<readonly Pose[]>([]),
+    candidates: signal<readonly PlaceInQuestion[]>([]),
     verdict: signal(undefined),
     control: signal(undefined),
     controlAt: signal(undefined),

@@ -1,7 +1,7 @@
 /** Where the robot may be: numbered outlines on the map. */
 
 import { Box3, Group, Vector3 } from "three";
-import type { Pose } from "../values";
+import type { PlaceInQuestion } from "../values";
 import { Label } from "./labels";
 import { arrow, boxEdges } from "./outline";
 import type { SceneColours } from "./palette";
@@ -19,11 +19,16 @@ interface Mark {
   readonly lines: readonly WideLine[];
 }
 
+/** Its number in the list of the panel, and where there is one its name. */
+function labelWords({ name = "" }: PlaceInQuestion, number: number): string {
+  return name === "" ? String(number) : `${number} ${name}`;
+}
+
 export class Hypotheses {
   readonly object = new Group();
   #marks: readonly Mark[] = [];
 
-  set(poses: readonly Pose[], box: Box3, colours: SceneColours): void {
+  set(poses: readonly PlaceInQuestion[], box: Box3, colours: SceneColours): void {
     this.clear();
     this.#marks = poses.slice(0, MOST).map((pose, index) => {
       const group = new Group();
@@ -33,7 +38,7 @@ export class Hypotheses {
       const heading = new WideLine(8, { width: 3, overlaid: true });
       heading.set(arrow(0, 0.9, 0.05));
       const lines = [edges, heading];
-      const label = new Label(String(index + 1), LABEL_HEIGHT, colours.background, colours.hypothesis);
+      const label = new Label(labelWords(pose, index + 1), LABEL_HEIGHT, colours.background, colours.hypothesis);
       label.object.position.set(0, 0, box.max.z);
       // Above the outline on the screen, from wherever it is seen.
       label.object.center.set(0.5, -0.6);

@@ -6,6 +6,19 @@ import { css, type Rgb } from "./palette";
 /** Pixels of the texture for one of the screen. */
 const SHARPNESS = 2;
 
+/** Words with the middle of their line, and their width [px]. */
+export interface Words {
+  readonly at: readonly [number, number];
+  readonly width: number;
+}
+
+/** Return the words that lie over none before them, in lines of this height [px]. */
+export function withoutOverlap<T extends Words>(words: readonly T[], height: number): readonly T[] {
+  return words.reduce<readonly T[]>((kept, one) =>
+    kept.some(({ at: [x, y], width }) => Math.abs(x - one.at[0]) < (width + one.width) / 2 && Math.abs(y - one.at[1]) < height)
+      ? kept : [...kept, one], []);
+}
+
 /** A label that keeps its height in pixels. */
 export class Label {
   readonly object: Sprite;
@@ -42,6 +55,11 @@ export class Label {
     this.#aspect = wide / tall;
     this.object = new Sprite(new SpriteMaterial({ map: texture, depthTest: false, transparent: true, sizeAttenuation: false }));
     this.object.renderOrder = 10;
+  }
+
+  /** Its width [px]. */
+  get width(): number {
+    return this.#height * this.#aspect;
   }
 
   /** Tell the label the height of the picture in pixels of the screen and the tangent of half its field of view. */

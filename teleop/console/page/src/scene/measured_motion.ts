@@ -1,10 +1,9 @@
 /** How fast the robot moves, by where it is: neither what it was asked for nor what its wheels did. */
 
+import { HELD } from "../operating_data";
 import { headingOf, wrap } from "./geometry";
 import type { MeasuredMotion, StampedPose } from "../values";
 
-/** Time over which motion is measured [s]: as short as the pose's own noise of some mm allows for 1 cm/s. */
-const WINDOW = 0.4;
 /** A pose that would need this speed [m/s] was set anew, by a hint or a search. */
 const LEAP = 3;
 
@@ -22,11 +21,11 @@ export function motionMeter(): (pose: StampedPose | undefined) => MeasuredMotion
     if (pose.stamp !== poses.at(-1)?.stamp) {
       poses.push(pose);
     }
-    while (poses.length > 2 && pose.stamp - (poses[1]?.stamp ?? 0) >= WINDOW) {
+    while (poses.length > 2 && pose.stamp - (poses[1]?.stamp ?? 0) >= HELD.window) {
       poses.shift();
     }
     const first = poses[0];
-    return first === undefined || pose.stamp - first.stamp < WINDOW / 2 ? undefined : between(first, pose);
+    return first === undefined || pose.stamp - first.stamp < HELD.window / 2 ? undefined : between(first, pose);
   };
 }
 

@@ -38,6 +38,8 @@ export interface SceneColours {
   readonly truth: Rgb;
   readonly good: Rgb;
   readonly bad: Rgb;
+  /** What the robot is about to touch. */
+  readonly near: Rgb;
   readonly ink: Rgb;
 }
 
@@ -73,6 +75,7 @@ export const COLOURS: Readonly<Record<Theme, SceneColours>> = {
     truth: rgb(0xe08bc0),
     good: rgb(0x2fd6a3),
     bad: rgb(0xff6a2b),
+    near: rgb(0xff4d4d),
     ink: rgb(0xe8edf4),
   },
   day: {
@@ -96,6 +99,7 @@ export const COLOURS: Readonly<Record<Theme, SceneColours>> = {
     truth: rgb(0xa8327f),
     good: rgb(0x00805c),
     bad: rgb(0xc94a00),
+    near: rgb(0xc01016),
     ink: rgb(0x16202c),
   },
 };

@@ -16,6 +16,7 @@ import { COLOURS } from "./palette";
 import { floorHit, nearest } from "./picking";
 import { shownView, type SceneSettings } from "./settings";
 import { depend } from "./depend";
+import { planImage, type PlanImage } from "./plan_image";
 import { onReducedMotion } from "./reduced_motion";
 import { SmoothPose } from "./smooth_pose";
 import { Stage } from "./stage";
@@ -34,12 +35,16 @@ const FADING = 200;
 export class Scene {
   /** Set by whoever knows that what is shown is older than it should be: everything alive turns grey. */
   readonly stale: Signal<boolean> = signal(false);
+  /** The same of what the scanners see. */
+  readonly late: Signal<boolean> = signal(false);
   /** Whether the view goes with the robot; false once a person has moved it aside, until `recentre`. */
   readonly following: ReadonlySignal<boolean>;
   /** One sentence on what is wrong with the picture, with the way out; empty while all is well. */
   readonly trouble: ReadonlySignal<string>;
   /** Whether the building's surfaces are in the picture. */
   readonly built: Signal<boolean> = signal(false);
+  /** The building from above; undefined where there is none. */
+  readonly plan: Signal<PlanImage | undefined> = signal(undefined);
   /** For parts that are loaded later and draw into the picture. */
   readonly workshop: Workshop;
   /** The picture for a headset. */
@@ -52,10 +57,12 @@ export class Scene {
   readonly #control: CameraControl;
   readonly #rig = new ViewRig();
   readonly #world = new World(() => { this.#stage.invalidate(); });
-  readonly #plan = signal<{ readonly bounds: Bounds | undefined; readonly floor: number }>({ bounds: undefined, floor: 0 });
+  readonly #extent = signal<{ readonly bounds: Bounds | undefined; readonly floor: number }>({ bounds: undefined, floor: 0 });
   readonly #place: ReadonlySignal<Pose | undefined>;
+  /** Whether there is a place: it changes seldom, and the place many times a second. */
   readonly #isPlaced: ReadonlySignal<boolean>;
-  readonly #doubtful: ReadonlySignal<boolean>;
+  /** Whether the robot's place is not known, or doubted by the robot itself. */
+  readonly doubtful: ReadonlySignal<boolean>;
   readonly #pose = new SmoothPose();
   readonly #detail = new Detail();
   readonly #stops: (() => void)[] = [];
@@ -69,10 +76,9 @@ export class Scene {
     this.#state = state;
     this.#settings = settings;
     this.following = this.#following;
-    // Poses come many times a second; what depends only on whether there is one is not to follow each of them.
     this.#place = computed(() => worldFromBase(state));
     this.#isPlaced = computed(() => this.#place.value !== undefined);
-    this.#doubtful = computed(() => !this.#isPlaced.value || isDoubtful(state.status.value?.health));
+    this.doubtful = computed(() => !this.#isPlaced.value || isDoubtful(state.status.value?.health));
     canvas.setAttribute("aria-label", sceneTexts.canvas);
     canvas.setAttribute("role", "application");
     canvas.tabIndex = 0;
@@ -89,12 +95,10 @@ export class Scene {
     const model = signal<Object3D>(this.#world.robot.model);
     this.workshop = {
       canvas, camera: this.#stage.camera, world: this.#stage.scene, base: this.#world.robot.body, model,
-      draw: () => { this.#stage.invalidate(); },
-      holdView: (held) => { this.setInteraction(held ? "hint" : "camera"); },
+      draw: () => { this.#stage.invalidate(); }, holdView: (held) => { this.setInteraction(held ? "hint" : "camera"); },
     };
     this.immersion = new Immersion(this.#stage, this.#world, this.#pose, () => ({
-      located: this.#located, floor: this.#floor(), size: settings.pointSize.peek(), decay: settings.decay.peek(),
-    }));
+      located: this.#located, floor: this.#floor(), size: settings.pointSize.peek(), decay: settings.decay.peek() }));
     this.#watch(model);
   }
 
@@ -188,11 +192,11 @@ export class Scene {
     });
     on(() => { this.#world.robot.setCovariance(state.covariance.value, this.#place.value); });
     on(() => { this.#world.robot.setTruth(state.truth.value); });
+    on(() => { this.#world.names.set(state.mapInfo.value?.places ?? [], COLOURS[settings.theme.value]); });
+    on(() => { this.plan.value = this.built.value ? planImage(this.#world.building, COLOURS[settings.theme.value]) : undefined; });
+    on(() => { this.#world.nearest.set(this.stale.value || this.late.value ? undefined : state.nearest.value, this.#world.robot.box); });
     on(() => { this.#paint(); });
-    on(() => {
-      depend(state.description);
-      this.#world.hypotheses.set(state.candidates.value, this.#world.robot.box, COLOURS[settings.theme.value]);
-    });
+    on(() => { depend(state.description); this.#world.hypotheses.set(state.candidates.value, this.#world.robot.box, COLOURS[settings.theme.value]); });
     const [hasCloud, hasTruth] = [computed(() => state.cloud.value !== undefined), computed(() => state.truth.value !== undefined)];
     this.#show = () => {
       const has = { place: this.#isPlaced.value, cloud: hasCloud.value, truth: hasTruth.value };
@@ -207,8 +211,9 @@ export class Scene {
     const building = file && await import("./read_building").then(({ readBuilding }) => readBuilding(file)).catch(() => undefined);
     if (this.#state.surfaces.peek() === file) {
       this.#world.building.set(building);
-      this.built.value = building !== undefined;
       this.#planned();
+      this.built.value = false; // whoever keeps something of the last one begins anew
+      this.built.value = building !== undefined;
       this.#show();
       this.#stage.invalidate();
     }
@@ -219,13 +224,13 @@ export class Scene {
     const { building, map, grid } = this.#world;
     const bounds = this.#world.bounds ?? grid.bounds;
     const floor = building.bounds === undefined ? map.floor : building.floor;
-    this.#plan.value = { bounds, floor: this.#world.bounds === undefined ? bounds?.min.z ?? 0 : floor };
+    this.#extent.value = { bounds, floor: this.#world.bounds === undefined ? bounds?.min.z ?? 0 : floor };
   }
 
   /** Put the robot where it is, or beside the map while that is not known. */
   #setPose(): void {
     const pose = this.#place.value;
-    const { bounds, floor } = this.#plan.value;
+    const { bounds, floor } = this.#extent.value;
     const { width, height } = this.#stage.size;
     const waiting = pose === undefined ? waitingPose(bounds, floor, width < height) : undefined;
     const atOnce = waiting !== undefined || !this.#located || this.#rig.reducedMotion;
@@ -240,13 +245,13 @@ export class Scene {
 
   /** Height of the floor on which the robot stands [m]. */
   #floor(): number {
-    return this.#pose.known ? this.#pose.position.z : this.#plan.peek().floor;
+    return this.#pose.known ? this.#pose.position.z : this.#extent.peek().floor;
   }
 
   #paint(): void {
     const colours = COLOURS[this.#settings.theme.value];
     this.#stage.scene.background = new Color().setRGB(...colours.background, SRGBColorSpace);
-    this.#world.paint({ colours, stale: this.stale.value, doubtful: this.#doubtful.value });
+    this.#world.paint({ colours, stale: this.stale.value, late: this.late.value, doubtful: this.doubtful.value });
   }
 
   #moved(move: () => void): void {

@@ -21,7 +21,7 @@ export const THEMES = ["day", "night"] as const;
 export type Theme = (typeof THEMES)[number];
 
 export const LAYERS = [
-  "building", "map", "cloud", "oldSweeps", "path", "covariance", "hypotheses", "truth", "grid",
+  "building", "map", "cloud", "oldSweeps", "path", "covariance", "hypotheses", "names", "minimap", "truth", "grid",
 ] as const;
 export type Layer = (typeof LAYERS)[number];
 export type Layers = Readonly<Record<Layer, boolean>>;
@@ -41,7 +41,8 @@ export interface SceneSettings {
 
 /** Points of the map say what its surfaces say, less well; they are shown where there are no surfaces. */
 const FIRST_LAYERS: Layers = {
-  building: true, map: false, cloud: true, oldSweeps: true, path: true, covariance: true, hypotheses: true, truth: true, grid: true,
+  building: true, map: false, cloud: true, oldSweeps: true, path: true, covariance: true, hypotheses: true, names: true,
+  minimap: true, truth: false, grid: true,
 };
 
 /** Return the settings as they were kept, else the defaults; the theme follows the system at first. */

@@ -9,7 +9,9 @@ import { GridLayer } from "./grid_layer";
 import { Hypotheses } from "./hypotheses";
 import { LivePoints } from "./live_points";
 import { MapLayer } from "./map_layer";
+import { NearestArc } from "./nearest_arc";
 import type { SceneColours } from "./palette";
+import { PlaceNames } from "./place_names";
 import { RobotLayer } from "./robot_layer";
 import type { Layers, View } from "./settings";
 import type { SmoothPose } from "./smooth_pose";
@@ -30,6 +32,8 @@ export interface Paint {
   readonly colours: SceneColours;
   /** Everything alive is older than it should be. */
   readonly stale: boolean;
+  /** What the scanners see is. */
+  readonly late: boolean;
   /** The robot's place is not known, or doubted by the robot itself. */
   readonly doubtful: boolean;
 }
@@ -59,8 +63,10 @@ export class World {
   readonly grid = new GridLayer();
   readonly live = new LivePoints();
   readonly robot = new RobotLayer();
+  readonly nearest = new NearestArc();
   readonly hypotheses = new Hypotheses();
   readonly waiting = new NotLocatedRing();
+  readonly names = new PlaceNames();
   readonly #ghost = new Ghost(this.live.cloud);
   #proposed: { readonly pose: PlanarPose; readonly quality: GhostQuality } | undefined;
   #paint: Paint | undefined;
@@ -70,8 +76,10 @@ export class World {
     this.map = new MapLayer(changed);
     const layers = [
       this.grid, this.map, this.building, this.live, this.robot, this.hypotheses, this.#ghost, this.waiting,
+      this.names,
     ];
     this.object.add(...layers.map((layer) => layer.object));
+    this.robot.body.add(this.nearest.line.object);
   }
 
   /** Bounds of what is known of the place [m]. */
@@ -80,16 +88,17 @@ export class World {
   }
 
   paint(paint: Paint): void {
-    const { colours, stale, doubtful } = paint;
+    const { colours, stale, late, doubtful } = paint;
     this.#paint = paint;
     this.map.setColours(colours);
     this.building.setColours(colours);
     this.grid.setColours(colours);
     // Beside the ghost of the sweep, the sweep itself steps back.
-    this.live.setColours(colours, stale || this.#proposed !== undefined);
+    this.live.setColours(colours, stale || late || this.#proposed !== undefined);
     this.robot.setColours(colours, doubtful ? colours.doubtful : colours.robot, stale);
     this.#ghost.setColours(colours, this.#proposed?.quality ?? "unknown");
     this.waiting.setColours(colours);
+    this.nearest.setColours(colours);
   }
 
   /** Show the layers that are wanted, as far as there is something to be shown. */
@@ -100,6 +109,7 @@ export class World {
     this.map.object.visible = layers.map || (layers.building && !this.building.isKnown);
     this.grid.object.visible = layers.grid;
     this.hypotheses.object.visible = layers.hypotheses;
+    this.names.object.visible = layers.names;
     this.live.show(layers.cloud && withCloud, layers.cloud && !withCloud, layers.oldSweeps && has.place);
     this.robot.show({ ...layers, covariance: layers.covariance && outside }, outside && has.truth);
   }
@@ -110,7 +120,7 @@ export class World {
     this.#proposed = after;
     this.placeGhost(floor);
     if (this.#paint !== undefined && before?.quality !== after?.quality) {
-      this.live.setColours(this.#paint.colours, this.#paint.stale || after !== undefined);
+      this.live.setColours(this.#paint.colours, this.#paint.stale || this.#paint.late || after !== undefined);
       this.#ghost.setColours(this.#paint.colours, quality);
     }
   }
@@ -149,6 +159,7 @@ export class World {
     this.grid.setMetres(this.bounds === undefined, x, y, look.floor);
     this.robot.setPose(pose.known ? pose.value() : undefined);
     this.robot.setBodyVisible(!inside);
+    this.names.look(look.view, x, y, viewport);
     this.#ghost.setViewport(viewport, cloudLook);
     for (const layer of [this.robot, this.hypotheses, this.waiting]) {
       layer.setViewport(viewport);
@@ -157,7 +168,7 @@ export class World {
 
   dispose(): void {
     this.hypotheses.clear();
-    for (const part of [this.map, this.building, this.grid, this.live, this.robot, this.#ghost, this.waiting]) {
+    for (const part of [this.map, this.building, this.grid, this.live, this.robot, this.#ghost, this.waiting, this.nearest.line, this.names]) {
       part.dispose();
     }
   }

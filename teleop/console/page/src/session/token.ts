@@ -1,4 +1,8 @@
-/** The token by which the page logs in: it comes in the address's fragment, leaves it at once, and lives in this tab. */
+/**
+ * The token by which the page logs in: it comes in the address's fragment and leaves it at once.
+ *
+ * One that a person typed, or that of a link, lives in this tab; that of the device, which can be revoked alone, lasts.
+ */
 
 const KEY = "farsteer.token";
 
@@ -7,9 +11,10 @@ export interface TokenPlaces {
   readonly location: Pick<Location, "hash" | "pathname" | "search">;
   readonly history: Pick<History, "replaceState">;
   readonly storage: () => Storage;
+  readonly lasting: () => Storage;
 }
 
-/** Return the tab's token: that of the address, which is removed from there, or the one kept before. */
+/** Return the page's token: that of the address, which is removed from there, or the one kept before. */
 export function takeToken(places: TokenPlaces): string {
   const { location, history } = places;
   const given = new URLSearchParams(location.hash.replace(/^#/, "")).get("token");
@@ -20,22 +25,30 @@ export function takeToken(places: TokenPlaces): string {
     keepToken(places, given);
     return given;
   }
+  return kept(places.storage) || kept(places.lasting);
+}
+
+function kept(storage: () => Storage): string {
   try {
-    return places.storage().getItem(KEY) ?? "";
+    return storage().getItem(KEY) ?? "";
   } catch {
     return ""; // a browser that keeps nothing: the person logs in again
   }
 }
 
-/** Keep a token for this tab; an empty one is forgotten. */
-export function keepToken({ storage }: Pick<TokenPlaces, "storage">, token: string): void {
-  try {
-    if (token === "") {
-      storage().removeItem(KEY);
-    } else {
-      storage().setItem(KEY, token);
+type Kept = Pick<TokenPlaces, "storage" | "lasting">;
+
+/** Keep a token in the place of any other, for this tab or until it ends; an empty one is forgotten. */
+export function keepToken({ storage, lasting }: Kept, token: string, where: keyof Kept = "storage"): void {
+  for (const [name, place] of [["storage", storage], ["lasting", lasting]] as const) {
+    try {
+      if (name === where && token !== "") {
+        place().setItem(KEY, token);
+      } else if (where === "lasting" || token === "") {
+        place().removeItem(KEY);
+      }
+    } catch {
+      // A browser that keeps nothing: the token holds until the page is left.
     }
-  } catch {
-    // A browser that keeps nothing: the token holds until the page is left.
   }
 }

@@ -2,12 +2,11 @@
 
 export const alarmTexts = {
   title: "Alarms",
-  over: (words: string): string => `Over: ${words}`,
   mute: "Switch the alarms' sound off",
   unmute: "Switch the alarms' sound on",
   muted: "Sound off",
   sounding: "Sound on",
-  locked: "Sound waits: press anything on the page",
+  locked: "Sound: press any key",
   unavailable: "This browser has no sound",
   severity: { info: "note", warning: "warning", alarm: "alarm" },
 } as const;

@@ -24,6 +24,18 @@ const lost = {
   "recentred": "Stopped: the headset has moved the room's origin.",
 } as const;
 
+/** What to do, for hands at a keyboard, and for thumbs on a screen. */
+const REMEDIES = {
+  hold: ["Hold an arrow key, W A S D, the stick, or the gamepad's LB with its stick.", "Put a thumb on the stick, and keep it there while you drive."],
+  holdMine: ["Hold a key or the stick to drive.", "Put a thumb on the stick to drive."],
+  elsewhere: ["The keys are used elsewhere now: hold the stick to drive.", "Put a thumb on the stick to drive."],
+  stopIt: ["Space stops it.", "Cancel stops it, and so does the red button."],
+  take: ["Click into this page, then drive.", "Touch this page, then drive."],
+  letGo: ["Let go of the keys and sticks first, then press again.", "Lift your thumb, then put it on the stick again."],
+  again: ["Press again to drive.", "Put your thumb on the stick again to drive."],
+} as const;
+const FOR_THUMBS: ReadonlyMap<string, string> = new Map(Object.values(REMEDIES));
+
 /** A time in words [s]. */
 const seconds = (time: number) => `${time.toFixed(1)} s`;
 
@@ -48,7 +60,9 @@ export const drivingTexts = {
   },
   velocity: (linear: number, angular: number) => {
     const degrees = (Math.abs(angular) * 180) / Math.PI;
-    return `${Math.abs(linear).toFixed(2)} m/s ${linear < 0 ? "back" : "ahead"}, ${degrees.toFixed(0)}°/s ${angular < 0 ? "right" : "left"}`;
+    const ahead = `${Math.abs(linear).toFixed(2)} m/s ${linear < 0 ? "back" : "ahead"}`;
+    const around = `${degrees.toFixed(0)}°/s ${angular < 0 ? "right" : "left"}`;
+    return [Math.abs(linear) >= 0.005 && ahead, degrees >= 0.5 && around].filter(Boolean).join(", ");
   },
   speedFigure: (speed: number | undefined) => (speed === undefined ? "–" : Math.abs(speed) < 0.005 ? "0.00" : speed.toFixed(2).replace("-", "−")),
   gearLimit: (speed: number) => `up to ${speed.toFixed(2)}`,
@@ -82,24 +96,27 @@ export const drivingTexts = {
     centring: ["The stick was pushed before its deadman button.", "Let go of the stick first, then drive."],
     noDeadman: ["The stick is pushed, but the deadman button is not held.", "Hold the deadman button (LB) while you drive."],
     unmapped: ["This gamepad is of an unknown kind.", "Open “Gamepads” and show the page what its buttons do."],
-    unfocused: ["Another window has the keys.", "Click into this page, then drive."],
+    unfocused: ["Another window has the keys.", REMEDIES.take[0]],
     driving: ["You drive.", ""],
     starting: ["The robot gets ready to drive.", "Hold on."],
-    ready: ["Ready.", "Hold an arrow key, W A S D, the stick, or the gamepad's LB with its stick."],
-    elsewhere: ["Ready.", "The keys are used elsewhere now: hold the stick to drive."],
-    readyMine: ["Ready: the robot is yours.", "Hold a key or the stick to drive."],
+    ready: ["Ready.", REMEDIES.hold[0]],
+    elsewhere: ["Ready.", REMEDIES.elsewhere[0]],
+    readyMine: ["Ready: the robot is yours.", REMEDIES.holdMine[0]],
+    moving: ["The robot drives by itself, as you told it.", REMEDIES.stopIt[0]],
     plainDriving: ["You drive. Nothing there guards the robot: keep it in sight.", ""],
-    plainReady: ["Ready. Nothing there guards the robot: keep it in sight.", "Hold a key or the stick to drive."],
+    plainReady: ["Ready. Nothing there guards the robot: keep it in sight.", REMEDIES.holdMine[0]],
   },
+  /** Return what to do as it is said to somebody with thumbs and no keyboard. */
+  forThumbs: (remedy: string): string => FOR_THUMBS.get(remedy) ?? remedy,
   silent: (age: number): readonly [string, string] =>
     [`The robot has said nothing for ${seconds(age)}.`, "Wait until it answers; then press again."],
   estopBy: (who: string, may: boolean): readonly [string, string] =>
     [`E-stop, pressed by ${who}. The robot does not move.`, may ? "When all is clear, press “Release e-stop”." : "Somebody who may release it has to do so."],
   othersDrive: (who: string, mayAsk: boolean, mayTakeOver: boolean): readonly [string, string] =>
     [`${who} drives.`, mayTakeOver ? "Ask for the robot, or take it over." : mayAsk ? "Ask for the robot." : "Wait until it is free."],
-  letGo: (why: string): readonly [string, string] => [why, "Let go of the keys and sticks first, then press again."],
+  letGo: (why: string): readonly [string, string] => [why, REMEDIES.letGo[0]],
   heldBack: "What you hold does not count.",
-  stopped: (why: string): readonly [string, string] => [why, "Press again to drive."],
+  stopped: (why: string): readonly [string, string] => [why, REMEDIES.again[0]],
   late: (age: number): readonly [string, string] =>
     [`Commands arrive ${seconds(age)} late: the robot refuses them.`, "Let go, and wait for a faster connection."],
   slower: (age: number): readonly [string, string] =>
@@ -171,7 +188,7 @@ export const drivingTexts = {
   mappingNone: "No gamepad is seen. Plug one in and press any button on it.",
   mappingInsecure: "Gamepads work only on https or on this machine itself. Start the robot with “--lan” and open the https address that it prints.",
   mappingWhich: "Gamepad",
-  mappingPaused: "While this page is open, gamepads do not drive.",
+  mappingPaused: "While this dialog is open, gamepads do not drive.",
   mappingUse: {
     forward: "Stick forward", turn: "Stick to the left", deadman: "Deadman (hold to drive)", turbo: "Turbo",
     estop: "Emergency stop", takeOver: "Take over",

@@ -1,7 +1,7 @@
 /** Words about hints: where the robot is said to be, and what the robot makes of it. */
 
 import { VERDICTS } from "../operating_data";
-import type { HintVerdict } from "../values";
+import type { HintVerdict, PlaceInQuestion, Pose } from "../values";
 import { sentence } from "./filled";
 
 const percent = (share: number): string => `${Math.round(100 * share)} %`;
@@ -33,11 +33,16 @@ export const hintTexts = {
     success ? "The last placement is undone." : `Not undone: ${message}`,
   searched: (success: boolean, message: string): string =>
     success ? (message === "" ? "The whole map is searched." : sentence(message)) : `Not searched: ${message}`,
+  found: "The robot has found its place.",
   candidates: (count: number): string =>
     count === 1
       ? "One place explains what is seen. Choose it if it is right, or drive on to make sure."
       : `${count} places explain what is seen. Pick the right one, or drive on to tell them apart.`,
-  pick: (number: number, x: number, y: number): string => `${number}: at ${x.toFixed(1)}, ${y.toFixed(1)} m`,
+  pick: (number: number, { name = "", share, away }: Omit<PlaceInQuestion, keyof Pose>, x: number, y: number): string =>
+    [
+      `${number}: ${name === "" ? `at ${x.toFixed(1)}, ${y.toFixed(1)} m` : name}`,
+      ...(share === undefined ? [] : [percent(share)]), ...(away === undefined ? [] : [`${away.toFixed(1)} m away`]),
+    ].join(", "),
   pose: (x: number, y: number, degrees: number): string =>
     `x ${x.toFixed(2)} m, y ${y.toFixed(2)} m, heading ${degrees.toFixed(0).replace(/^-(0|180)$/, "$1")}°`,
   nudge: {

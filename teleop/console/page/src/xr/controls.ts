@@ -99,7 +99,7 @@ function stepRows({ state, driving, steps, sizes }: ControlParts): Row[] {
 
 function cameraKeys({ camera, photo }: ControlParts): Key[] {
   const names = ["", ...camera.streams.value.filter(({ path }) => path !== undefined).map(({ name }) => name)];
-  const [present, answer] = [camera.choice.value, photo.answer.value];
+  const [present, answer] = [camera.chosen.value?.name ?? "", photo.answer.value];
   const said = answer === undefined ? texts.photo : answer.success ? `${cameraTexts.stored} ${answer.name}` : cameraTexts.noPhoto(answer.message);
   return names.length === 1 ? [] : [
     { label: texts.stream(present), press: () => { camera.choice.value = names[(names.indexOf(present) + 1) % names.length] ?? ""; } },

@@ -1,6 +1,6 @@
 /** What is told on the wrist, in the console's own words: states, alarms, speed and delays. */
 
-import { pictureAge } from "../camera/picture_age";
+import { dataAge } from "../robot/data_age";
 import { turnsOf } from "../driving/turn_taking";
 import type { Alarm } from "../alarms/alarm";
 import type { Driving } from "../driving/driving";
@@ -66,6 +66,6 @@ export function captionRows(feed: CameraFeed, { state, statistics }: Pick<WristP
   if (picture === undefined) {
     return [];
   }
-  const { age, lowerBound } = pictureAge(picture, state, statistics.peek().roundTrip, now);
+  const { age, lowerBound } = dataAge(picture, state, statistics.peek().roundTrip, now);
   return [{ words: `${feed.chosen.peek()?.name ?? ""} · ${cameraTexts.age(linkPanelTexts.ageWords(age), lowerBound)}` }];
 }

@@ -67,7 +67,7 @@ describe("who asks for the robot", () => {
   };
   const session: Session = {
     client: 4, name: "client 4 (127.0.0.1:53284)", role: "", tokens: false,
-    mayDrive: true, mayStop: true, mayReset: true, mayHint: true, maySearch: true, mayTakeOver: true,
+    mayDrive: true, mayStop: true, mayReset: true, mayHint: true, maySearch: true, mayTakeOver: true, mayShare: false, link: false, mayPlay: false,
   };
 
   it("is told to the one who drives", () => {

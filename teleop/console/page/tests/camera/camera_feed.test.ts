@@ -1,6 +1,6 @@
 import { afterEach, beforeEach, expect, it, vi } from "vitest";
 import { CameraFeed, REOPEN } from "../../src/camera/camera_feed";
-import { pictureAge } from "../../src/camera/picture_age";
+import { dataAge } from "../../src/robot/data_age";
 import { betterReading, unknownState, type RobotState } from "../../src/robot/robot_state";
 
 const PATH = "/stream?topic=/camera/rgb/image_rect_color&type=mjpeg&quality=30";
@@ -27,6 +27,7 @@ let feed: CameraFeed;
 let streams: Stream[];
 let status: number;
 let now: number;
+let lateness: number;
 class Tab extends EventTarget {
   visibilityState: DocumentVisibilityState = "visible";
 }
@@ -34,7 +35,7 @@ const tab = new Tab();
 
 beforeEach(() => {
   vi.useFakeTimers();
-  [streams, status, now] = [[], 200, 1000];
+  [streams, status, now, lateness] = [[], 200, 1000, 0];
   tab.visibilityState = "visible";
   state = unknownState();
   state.connection.value = { phase: "open", words: "", sinceAt: 0 };
@@ -46,6 +47,7 @@ beforeEach(() => {
       return Promise.resolve(stream.response);
     },
     now: () => now, document: tab, keeper: undefined, page: "http://robot:9090/", robot: "http://robot:9090", token: () => "secret",
+    lateness: () => lateness,
   });
 });
 
@@ -61,9 +63,8 @@ function see(visibility: DocumentVisibilityState): void {
   tab.dispatchEvent(new Event("visibilitychange"));
 }
 
-it("opens nothing until a stream is chosen, and closes it when it is off", async () => {
+it("opens the first stream that it may until a person chooses, and closes it when it is off", async () => {
   await settled();
-  expect(streams).toEqual([]);
   feed.choice.value = "p3at";
   await settled();
   expect(streams.map(({ url }) => url)).toEqual([PATH]);
@@ -92,36 +93,60 @@ it("is closed while the tab is hidden or the robot away, and comes back", async 
 });
 
 it("says why there is no picture, and asks again", async () => {
+  feed.choice.value = "";
   status = 503;
   feed.choice.value = "p3at";
   await settled();
   expect(feed.trouble.value).toBe("No picture: no more than 10 viewers");
   status = 200;
   await vi.advanceTimersByTimeAsync(REOPEN);
-  streams[1]?.show(1);
+  streams[2]?.show(1);
   await settled();
   expect(feed.trouble.value).toBe("");
-  streams[1]?.controller?.close();
+  streams[2]?.controller?.close();
   await settled();
   expect(feed.trouble.value).toContain("ended the stream");
 });
 
 it("does not open a stream of another host, or one that is gone", async () => {
   feed.choice.value = "other";
+  await settled();
   feed.choice.value = "nothing";
   await settled();
-  expect(streams).toEqual([]);
+  expect(streams.map(({ url, signal }) => [url, signal?.aborted])).toEqual([[PATH, true]]);
+});
+
+it("asks for five pictures a second, and then for none, where the page does not keep up, until a person wants them", async () => {
+  const show = async (seconds: number): Promise<void> => {
+    for (let at = 0; at < seconds; at += 0.5) {
+      streams.at(-1)?.show(at);
+      now += 500;
+      await vi.advanceTimersByTimeAsync(500);
+    }
+  };
+  await settled();
+  lateness = 90;
+  await show(5);
+  expect(streams.map(({ url, signal }) => [url, signal?.aborted])).toEqual([[PATH, true], [`${PATH}&rate=5`, false]]);
+  await show(5);
+  expect([feed.pace.value, streams.at(-1)?.signal?.aborted]).toEqual(["off", true]);
+  await vi.advanceTimersByTimeAsync(60_000);
+  expect(streams).toHaveLength(2);
+  feed.showAllTheSame();
+  await settled();
+  await show(60);
+  expect([feed.pace.value, streams.at(-1)?.signal?.aborted, streams]).toMatchObject(["slow", false, { length: 3 }]);
 });
 
 it("tells a picture's age by the robot's clock", () => {
   const picture = { url: "", stamp: 9, receivedAt: 1000 };
-  expect(pictureAge(picture, state, undefined, 1250), "without that clock").toEqual({ age: 250, lowerBound: true });
+  expect(dataAge(picture, state, undefined, 1250), "without that clock").toEqual({ age: 250, lowerBound: true });
   state.time.value = { stamp: 9.3, receivedAt: 1000 };
-  expect(pictureAge(picture, state, undefined, 1000).age).toBeCloseTo(300);
-  expect(pictureAge(picture, state, 80, 1500).age, "with half the round trip").toBeCloseTo(840);
-  expect(pictureAge(picture, state, 80, 1500).lowerBound).toBe(false);
+  expect(dataAge(picture, state, undefined, 1000).age).toBeCloseTo(300);
+  expect(dataAge(picture, state, 80, 1500).age, "with half the round trip").toBeCloseTo(840);
+  expect(dataAge(picture, state, 80, 1500).lowerBound).toBe(false);
   state.time.value = { stamp: 8, receivedAt: 1000 };
-  expect(pictureAge(picture, state, undefined, 1100), "dated ahead").toEqual({ age: 100, lowerBound: true });
+  expect(dataAge(picture, state, undefined, 1100), "dated ahead").toEqual({ age: 100, lowerBound: true });
 });
 
 it("is not misled by words of the robot's time that a busy machine held up", () => {
@@ -135,5 +160,5 @@ it("is not misled by words of the robot's time that a busy machine held up", () 
   expect(betterReading(quick, slowed), "readings hold for 2 s").toBe(slowed);
   state.time.value = betterReading(quick, late);
   const picture = { url: "", stamp: 9.2, receivedAt: 1400 };
-  expect(pictureAge(picture, state, undefined, 1400).age, "not 0 by the late word").toBeCloseTo(200);
+  expect(dataAge(picture, state, undefined, 1400).age, "not 0 by the late word").toBeCloseTo(200);
 });

@@ -6,7 +6,7 @@ import type { ControlState, Session } from "../../src/values";
 import { CONTROL, ME, OTHER, SESSION } from "./harness";
 
 const OWN: OwnInput = {
-  driving: false, held: false, centring: false, noDeadman: false, unmapped: false, focused: true, elsewhere: false, stopped: undefined,
+  driving: false, held: false, centring: false, noDeadman: false, unmapped: false, focused: true, elsewhere: false, thumbs: false, moving: false, stopped: undefined,
 };
 
 interface Case {
@@ -47,9 +47,9 @@ describe("the driving status", () => {
     ["no state of the robot", { view: { control: undefined } }, false, /who drives/, /moment/],
     ["an old state of the robot", { view: { controlAge: 2500 } }, false, /nothing for 2\.5 s/, /Wait/],
     ["another driver", { control: { ...MINE, controller: OTHER } }, false, /client 3 .* drives/, /Ask for the robot, or take it over/],
-    ["another driver, whom I may only ask", { control: { ...MINE, controller: OTHER }, session: { mayTakeOver: false } }, false, /drives/, /^Ask for the robot\.$/],
+    ["another driver, whom I may only ask", { control: { ...MINE, controller: OTHER }, session: { mayTakeOver: false, mayShare: false, link: false, mayPlay: false } }, false, /drives/, /^Ask for the robot\.$/],
     ["another driver, already asked by somebody else",
-      { control: { ...MINE, controller: OTHER, asking: 9 }, session: { mayTakeOver: false } }, false, /drives/, /Wait/],
+      { control: { ...MINE, controller: OTHER, asking: 9 }, session: { mayTakeOver: false, mayShare: false, link: false, mayPlay: false } }, false, /drives/, /Wait/],
     ["another window with the keys", { own: { focused: false } }, false, /Another window/, /Click/],
     ["keys that place a hint or move the arm", { own: { elsewhere: true } }, true, /Ready/, /elsewhere/],
     ["keys that are still held", { own: { held: true, stopped: "Stopped: the tab was hidden." } }, false, /tab was hidden/, /Let go/],
@@ -67,9 +67,20 @@ describe("the driving status", () => {
     ["a robot that stopped listening", { control: { state: "disarmed", controller: ME, reason: "commands arrive 1.2 s late, and 1 s is the limit: x" } },
       true, /commands arrived 1\.2 s late/, /Hold/],
     ["a robot that is mine", { control: MINE }, true, /is yours/, /Hold/],
+    ["a step that the robot drives", { control: MINE, own: { moving: true } }, true, /by itself/, /Space/],
     ["a free robot", {}, true, /Ready/, /Hold/],
     ["a robot that offers no session", { view: { session: undefined }, control: { ...MINE, controller: OTHER } }, true, /Ready/, /Hold/],
   ];
+  it.each<readonly [string, Case]>([
+    ["at rest", {}], ["that is mine", { control: MINE }], ["after a stop", { own: { stopped: "Stopped: the tab was hidden." } }],
+    ["that is held", { own: { held: true } }], ["without the focus", { own: { focused: false } }], ["with keys elsewhere", { own: { elsewhere: true } }],
+    ["on a step", { control: MINE, own: { moving: true } }],
+  ])("speaks of no key to thumbs, with a robot %s", (_, given) => {
+    const { remedy } = statusOf({ ...given, own: { ...given.own, thumbs: true } });
+    expect(remedy).not.toBe("");
+    expect(remedy).not.toMatch(/key|W A S D|gamepad|click|press|space/i);
+  });
+
   it.each(table)("says why and what to do: %s", (_, given, will, words, remedy) => {
     const status = statusOf(given);
     expect(status.words).toMatch(words);

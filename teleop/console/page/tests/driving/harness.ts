@@ -19,7 +19,7 @@ export const OTHER = "client 3 (127.0.0.1:50000)";
 
 export const SESSION: Session = {
   client: 2, name: ME, role: "operate", tokens: true,
-  mayDrive: true, mayStop: true, mayReset: true, mayHint: true, maySearch: true, mayTakeOver: true,
+  mayDrive: true, mayStop: true, mayReset: true, mayHint: true, maySearch: true, mayTakeOver: true, mayShare: false, link: false, mayPlay: false,
 };
 
 export const CONTROL: ControlState = {

@@ -2,7 +2,7 @@ import { afterEach, beforeEach, describe, expect, it, vi } from "vitest";
 import { HintTool, type HintScene } from "../../src/hint/hint_tool";
 import type { HintQuality } from "../../src/hint/hint_quality";
 import { forgetRun, unknownState, type RobotState } from "../../src/robot/robot_state";
-import type { PlanarPose, StampedPose } from "../../src/values";
+import type { Health, PlanarPose, StampedPose } from "../../src/values";
 import { RecordingCommands } from "./recording_commands";
 
 /** A picture in which a pixel is a centimetre. */
@@ -67,6 +67,26 @@ function dragToTheRight(): void {
   point("pointermove", 300, 200);
   point("pointerup", 300, 200);
 }
+
+describe("a search of the whole map", () => {
+  const status = (health: Health): void => {
+    state.status.value = { stamp: 1, health, reasons: [], fit: 1, positionSigma: 0, headingSigma: 0 };
+  };
+
+  it("says so until the robot knows its place again, and can be undone then", async () => {
+    status("tracking");
+    await tool.find();
+    expect(tool.view.value.result?.kind).toBe("search");
+    expect(tool.undoable.value).toBe(false);
+    status("relocalising");
+    expect(tool.view.value.result?.kind).toBe("search");
+    status("tracking");
+    expect(tool.view.value.result).toEqual({ kind: "found" });
+    expect(tool.undoable.value).toBe(true);
+    await tool.undo();
+    expect(tool.undoable.value, "once").toBe(false);
+  });
+});
 
 describe("a hint by press and drag", () => {
   it("shows the ghost, its preview and quality, and is sent on confirmation", async () => {

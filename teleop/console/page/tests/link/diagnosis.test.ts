@@ -42,6 +42,11 @@ describe("a handshake that fails is explained by HTTP", () => {
       "a full robot", ADDRESS, false,
       surroundings({ [VERSION]: version(), [`${HERE}/healthz`]: Response.json({ clients: 32 }) }), linkTexts.full(ADDRESS),
     ],
+    [
+      "a robot too busy to say all that it is in time", ADDRESS, false,
+      surroundings({ [VERSION]: Object.defineProperty(version(), "json", { value: () => Promise.reject(new DOMException("", "TimeoutError")) }) }),
+      linkTexts.handshakeHangs(ADDRESS),
+    ],
     ["no network", "ws://robot:1", false, { ...surroundings({}), online: false }, linkTexts.browserOffline],
   ])("%s", async (_what, address, hung, around, words) => {
     expect(await diagnose(address, hung, around)).toBe(words);

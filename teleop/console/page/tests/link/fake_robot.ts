@@ -36,7 +36,7 @@ export class FakeRobot {
       ? {}
       : { "/rosapi/topics": { topics: Object.keys(topics), types: Object.values(topics) } };
     this.link = new RobotLink(
-      "ws://robot:9090", { token: "secret" }, this.state,
+      "ws://robot:9090", { token: "secret", name: () => "Anna" }, this.state,
       (severity, words) => {
         this.events.push(`${severity}: ${words}`);
       },

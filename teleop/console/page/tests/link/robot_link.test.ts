@@ -201,7 +201,7 @@ describe("a link to our robot", () => {
   it("measures the link and knows the session", async () => {
     robot.services["/teleop/session"] = {
       client: 3, name: "client 3", role: "view", tokens: true, may_drive: false, may_stop: true, may_reset: false,
-      may_hint: false, may_search: false, may_take_over: false,
+      may_hint: false, may_search: false, may_take_over: false, may_share: false, link: false, may_play: false,
     };
     robot.services["/teleop/link"] = { topics: ["/tf"], sent: [1], dropped: [7], bytes: 1, round_trip: -1 };
     robot.socket.drop();
@@ -209,6 +209,11 @@ describe("a link to our robot", () => {
     robot.publish("/tf", { transforms: [] });
     await vi.advanceTimersByTimeAsync(500);
     expect(robot.state.session.value).toMatchObject({ client: 3, role: "view", mayDrive: false });
+    const calls = robot.socket.operations("call_service").filter(({ service }) => String(service).startsWith("/teleop/"));
+    expect(calls.slice(0, 2).map(({ service, args }) => [service, args])).toEqual([
+      ["/teleop/introduce", { name: "Anna" }], ["/teleop/session", {}],
+    ]);
+    expect(calls.filter(({ service }) => service === "/teleop/introduce")).toHaveLength(1);
     const statistics = robot.link.statistics.value;
     expect(statistics.roundTrip).toBeCloseTo(5);
     expect(statistics.streams.find(({ topic }) => topic === "/tf")?.dropped).toBe(7);

@@ -2,14 +2,15 @@
 
 import { signal } from "@preact/signals";
 import { describe, expect, test } from "vitest";
-import type { HintPhase } from "../../src/hint/hint_state";
+import type { HintPhase, HintResult } from "../../src/hint/hint_state";
 import { viewHintsFromAbove } from "../../src/page/hint_view";
 import type { View } from "../../src/scene/settings";
 
 function bench(first: View) {
-  const [hint, view] = [signal<{ phase: HintPhase }>({ phase: "off" }), signal<View>(first)];
+  const [hint, view] = [signal<{ phase: HintPhase; result: HintResult | undefined }>({ phase: "off", result: undefined }), signal<View>(first)];
   viewHintsFromAbove(hint, view);
-  return { view, go: (phase: HintPhase) => { hint.value = { phase }; } };
+  return { view, go: (phase: HintPhase) => { hint.value = { phase, result: undefined }; },
+    search: () => { hint.value = { phase: "answered", result: { kind: "search", answer: { success: true, message: "" } } }; }, };
 }
 
 describe("the view while a hint is placed", () => {
@@ -28,6 +29,14 @@ describe("the view while a hint is placed", () => {
     const { view, go } = bench("chase");
     go("placing");
     go("off");
+    expect(view.value).toBe("chase");
+  });
+
+  test("is from above while the whole map is searched, until the robot has found its place", () => {
+    const { view, go, search } = bench("chase");
+    search();
+    expect(view.value).toBe("top");
+    go("answered");
     expect(view.value).toBe("chase");
   });
 

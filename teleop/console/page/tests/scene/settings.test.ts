@@ -22,7 +22,7 @@ describe("the settings of the picture", () => {
     expect(settings.theme.value).toBe("night");
     expect(sceneSettings(store, false).theme.value).toBe("day");
     expect(settings.view.value).toBe("chase");
-    expect(LAYERS.filter((layer) => !settings.layers.value[layer])).toEqual(["map"]);
+    expect(LAYERS.filter((layer) => !settings.layers.value[layer])).toEqual(["map", "truth"]);
     expect(store.kept).toEqual({});
   });
 

@@ -16,16 +16,20 @@ class Places {
     replaceState: (_data: unknown, _title: string, url?: string | URL | null): void => { this.shown = String(url); },
   };
 
-  readonly storage = (): Storage => {
+  readonly lasted = new Map<string, string>();
+  readonly storage = (): Storage => this.in(this.kept);
+  readonly lasting = (): Storage => this.in(this.lasted);
+
+  private in(kept: Map<string, string>): Storage {
     if (this.blocked) {
       throw new DOMException("blocked");
     }
     return {
-      getItem: (key: string) => this.kept.get(key) ?? null,
-      setItem: (key: string, value: string) => { this.kept.set(key, value); },
-      removeItem: (key: string) => { this.kept.delete(key); },
+      getItem: (key: string) => kept.get(key) ?? null,
+      setItem: (key: string, value: string) => { kept.set(key, value); },
+      removeItem: (key: string) => { kept.delete(key); },
     } as unknown as Storage;
-  };
+  }
 }
 
 describe("the session's token", () => {
@@ -62,6 +66,20 @@ describe("the session's token", () => {
     places.blocked = true;
     expect(takeToken(places)).toBe("s3cret");
     places.location.hash = "";
+    expect(takeToken(places)).toBe("");
+  });
+
+  it("of the device itself outlives the tab and the link's, until log-out", () => {
+    const places = new Places("#token=of-a-link");
+    takeToken(places);
+    places.location.hash = "";
+    keepToken(places, "own", "lasting");
+    expect(places.kept.size).toBe(0);
+    expect(takeToken(places)).toBe("own");
+    keepToken(places, "typed");
+    expect(takeToken(places)).toBe("typed");
+    expect([...places.lasted.values()]).toEqual(["own"]);
+    keepToken(places, "");
     expect(takeToken(places)).toBe("");
   });
 });

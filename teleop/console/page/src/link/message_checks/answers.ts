@@ -22,6 +22,9 @@ export function readSession(values: Field): Session {
     mayHint: may("hint"),
     maySearch: may("search"),
     mayTakeOver: may("take_over"),
+    mayShare: may("share"),
+    link: values.at("link").boolean(),
+    mayPlay: may("play"),
   };
 }
 

@@ -1,6 +1,6 @@
 /** Messages of a Farsteer robot's own types. */
 
-import type { Bumpers, ControlState, DriveTrouble, Health, HintVerdict, LocalizationStatus, MapInfo } from "../../values";
+import type { Bumpers, ControlState, DriveTrouble, Health, HintVerdict, LocalizationStatus, MapInfo, NamedPlace } from "../../values";
 import type { Field } from "./field";
 import { frame, headerStamp, pose, vector } from "./geometry";
 
@@ -11,6 +11,7 @@ const SENTENCE = 1000;
 /** A model of primitive shapes has a few kB; one with meshes inside is not for this page. */
 const LONGEST_SOURCES = 64 * 1024;
 const MOST_SOURCES = 50;
+const MOST_PLACES = 200;
 const MOST_SEGMENTS = 100;
 const LONGEST_DESCRIPTION = 1_000_000;
 
@@ -28,11 +29,24 @@ export function readMapInfo(message: Field): MapInfo {
     min: vector(message.at("min")),
     max: vector(message.at("max")),
     run: message.at("run_id").text(),
+    places: places(message.at("place_names"), message.at("places")),
   };
+}
+
+/** Named places, of robots that know some. */
+function places(names: Field, poses: Field): NamedPlace[] {
+  const found = names.missing || poses.missing ? [] : poses.list(MOST_PLACES).map(pose);
+  const words = found.length === 0 ? [] : names.list(MOST_PLACES).map((name) => name.text().replaceAll("_", " "));
+  return found.flatMap((at, index) => (words[index] === undefined ? [] : [{ name: words[index], pose: at }]));
+}
+
+function shares(scores: Field): number[] {
+  return Array.from(scores.numbers(1000), (score) => (score >= 0 && score <= 1 ? score : 0));
 }
 
 /** `farsteer_msgs/LocalizationStatus`. */
 export function readStatus(message: Field): LocalizationStatus {
+  const scores = message.at("candidate_scores");
   return {
     stamp: headerStamp(message),
     health: message.at("health").word(HEALTH),
@@ -40,6 +54,7 @@ export function readStatus(message: Field): LocalizationStatus {
     fit: message.at("fit").within(0, 1),
     positionSigma: message.at("position_sigma").within(0, 1e7),
     headingSigma: message.at("heading_sigma").within(0, 1e3),
+    candidateScores: scores.missing ? [] : shares(scores),
   };
 }
 
@@ -51,7 +66,7 @@ export function readVerdict(message: Field): HintVerdict {
     reason: message.at("reason").text(SENTENCE),
     hint: pose(message.at("hint")),
     candidates: message.at("candidates").list(1000).map(pose),
-    scores: Array.from(message.at("scores").numbers(1000), (score) => (score >= 0 && score <= 1 ? score : 0)),
+    scores: shares(message.at("scores")),
   };
 }
 

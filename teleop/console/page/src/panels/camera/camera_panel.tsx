@@ -24,7 +24,7 @@ export function CameraPanel({ feed, photo, state }: CameraPanelProps) {
       <label class="camera-choice">
         <span>{texts.stream}</span>
         <select
-          value={feed.chosen.value?.path === undefined ? "" : feed.choice.value}
+          value={feed.chosen.value?.path === undefined ? "" : feed.chosen.value.name}
           onChange={(event) => { feed.choice.value = event.currentTarget.value; }}
         >
           <option value="">{texts.off}</option>

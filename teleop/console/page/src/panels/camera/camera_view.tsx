@@ -1,8 +1,8 @@
 /** The camera's picture over the scene, with its age. */
 
 import type { CameraFeed } from "../../camera/camera_feed";
-import { pictureAge } from "../../camera/picture_age";
 import { STALE_AFTER } from "../../operating_data";
+import { dataAge } from "../../robot/data_age";
 import type { LinkStatisticsSignal, RobotState } from "../../robot/robot_state";
 import { cameraTexts as texts } from "../../texts/camera";
 import { linkPanelTexts } from "../../texts/panels";
@@ -17,25 +17,34 @@ interface CameraViewProps {
 /** The picture of the chosen stream; nothing if there is none. */
 export function CameraView(props: CameraViewProps) {
   const chosen = props.feed.chosen.value;
-  return chosen?.path === undefined ? null : <Picture {...props} name={chosen.name} />;
+  if (chosen?.path === undefined) {
+    return null;
+  }
+  return props.feed.pace.value === "off"
+    ? (
+      <p class="camera-view camera-off" data-size="small" role="status">
+        {texts.given} <button type="button" onClick={() => { props.feed.showAllTheSame(); }}>{texts.allTheSame}</button>
+      </p>
+    )
+    : <Picture {...props} name={chosen.name} />;
 }
 
 function Picture({ feed, state, link, name }: CameraViewProps & { readonly name: string }) {
   const now = useNow(100);
   const picture = feed.picture.value;
-  const age = picture === undefined ? undefined : pictureAge(picture, state, link.peek().roundTrip, now);
+  const age = picture === undefined ? undefined : dataAge(picture, state, link.peek().roundTrip, now);
   const stale = age === undefined || age.age > STALE_AFTER;
   const trouble = feed.trouble.value;
   return (
     <figure class="camera-view" data-size={feed.large.value ? "large" : "small"} data-stale={stale}>
-      <div class="camera-frame">
+      <div class="camera-frame" onClick={() => { feed.large.value = true; }}>
         {picture === undefined
           ? <p role="status">{trouble === "" ? texts.waiting : trouble}</p>
           : <img src={picture.url} alt={texts.picture(name)} />}
       </div>
       <figcaption>
         <span class="camera-name">{name}</span>
-        <span class="camera-age">{age !== undefined && texts.age(linkPanelTexts.ageWords(age.age), age.lowerBound)}</span>
+        <span class="camera-age">{age !== undefined && texts.age(linkPanelTexts.ageWords(age.age), age.lowerBound)}{feed.pace.value === "slow" && ` · ${texts.few}`}</span>
         <button type="button" aria-pressed={feed.large.value} onClick={() => { feed.large.value = !feed.large.value; }}>
           {feed.large.value ? texts.shrink : texts.enlarge}
         </button>

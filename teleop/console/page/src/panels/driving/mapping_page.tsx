@@ -34,7 +34,6 @@ export function MappingPage({ driving, secure, onClose }: MappingPageProps) {
   const info = infos.find(({ index }) => index === chosen) ?? infos[0];
   return (
     <section class="driving-mapping" aria-label={texts.mapping} data-own-keys="">
-      <h2>{texts.mapping}</h2>
       <p>{texts.mappingPaused}</p>
       {info === undefined && <p role="status">{secure ? texts.mappingNone : texts.mappingInsecure}</p>}
       {infos.length > 1 && (

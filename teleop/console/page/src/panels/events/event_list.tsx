@@ -1,7 +1,8 @@
 /** The events, newest first, to be read and copied. */
 
 import { useSignal } from "@preact/signals";
-import { useEffect, useRef } from "preact/hooks";
+import { useEffect, useMemo, useRef } from "preact/hooks";
+import { browserKeeper, remembered, type Keeper } from "../../scene/stored_signals";
 import { eventTexts as texts } from "../../texts/panels";
 import type { ConsoleEvent } from "../../values";
 import { Panel } from "../panel";
@@ -11,8 +12,15 @@ import { eventsAsText, timeOfDay, type EventLog } from "./event_log";
 /** So many are drawn; all of them are copied. */
 const DRAWN = 100;
 
-export function EventList({ log, copy = copyText }: { log: EventLog; copy?: (text: string) => Promise<boolean> }) {
+interface EventListProps {
+  readonly log: EventLog;
+  readonly copy?: (text: string) => Promise<boolean>;
+  readonly keeper?: Keeper | undefined;
+}
+
+export function EventList({ log, copy = copyText, keeper = browserKeeper() }: EventListProps) {
   const events = log.events.value;
+  const gravest = useMemo(() => remembered("farsteer.gravest", false, (kept) => (typeof kept === "boolean" ? kept : undefined), keeper), [keeper]);
   const copied = useSignal<"no" | "yes" | "failed">("no");
   const byHand = useSignal("");
   const press = async (): Promise<void> => {
@@ -21,7 +29,8 @@ export function EventList({ log, copy = copyText }: { log: EventLog; copy?: (tex
     copied.value = done ? "yes" : "failed";
     byHand.value = done ? "" : text;
   };
-  const newest = events.slice(-DRAWN).reverse();
+  const shown = gravest.value ? events.filter(({ severity }) => severity !== "info") : events;
+  const newest = shown.slice(-DRAWN).reverse();
   return (
     <Panel
       title={texts.title}
@@ -33,7 +42,11 @@ export function EventList({ log, copy = copyText }: { log: EventLog; copy?: (tex
       )}
     >
       {copied.value === "failed" && <ByHand text={byHand.value} />}
-      {events.length === 0 && <p class="panel-quiet">{texts.none}</p>}
+      <label class="panel-check">
+        <input type="checkbox" checked={gravest.value} onChange={({ currentTarget }) => { gravest.value = currentTarget.checked; }} />
+        {texts.gravest}
+      </label>
+      {shown.length === 0 && <p class="panel-quiet">{texts.none}</p>}
       <div class="panel-event-list" role="log" aria-live="polite" tabIndex={0} aria-label={texts.title}>
         <ol>{newest.map((event) => <Line key={`${event.time.getTime()} ${event.words}`} event={event} />)}</ol>
       </div>
@@ -48,6 +61,7 @@ function Line({ event }: { event: ConsoleEvent }) {
       {event.severity !== "info" && <strong class="panel-severity">{texts.severity[event.severity]}</strong>}{" "}
       <span class="panel-words">{event.words}</span>
       {event.count > 1 && <span class="panel-quiet"> · {texts.times(event.count)}</span>}
+      {event.alarm?.active === false && <span class="panel-quiet"> · {texts.over(event.alarm.lasted)}</span>}
     </li>
   );
 }

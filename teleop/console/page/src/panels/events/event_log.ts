@@ -1,6 +1,7 @@
 /** The page's list of events: what happened, when, and how often in a row. */
 
 import { signal, type ReadonlySignal } from "@preact/signals";
+import { eventTexts as texts } from "../../texts/panels";
 import type { ConsoleEvent, Severity } from "../../values";
 
 /** The oldest events are dropped beyond so many. */
@@ -18,10 +19,34 @@ export function withEvent(
 ): readonly ConsoleEvent[] {
   const text = words.length > LONGEST_WORDS ? `${words.slice(0, LONGEST_WORDS)}…` : words;
   const last = events.at(-1);
-  if (last?.words === text && last.severity === severity) {
+  if (last?.alarm === undefined && last?.words === text && last.severity === severity) {
     return [...events.slice(0, -1), { ...last, time, count: last.count + 1 }];
   }
   return [...events.slice(1 - MOST_EVENTS), { time, severity, words: text, count: 1 }];
+}
+
+/** An alarm that began so many lines before, or longer ago [ms], is another event. */
+const SAME = { lines: 20, time: 600_000 };
+
+/** Return the events with the begin or the end of an alarm: those of the same kind are one event, with their number. */
+export function withAlarm(
+  events: readonly ConsoleEvent[],
+  { kind, severity, words }: { readonly kind: string; readonly severity: Severity; readonly words: string },
+  ended: boolean,
+  time: Date,
+): readonly ConsoleEvent[] {
+  const known = events.slice(-SAME.lines).findLast(({ alarm, time: last }) =>
+    alarm?.kind === kind && (alarm.active || time.getTime() - last.getTime() < SAME.time));
+  if (ended) {
+    return events.map((event) => (event === known ? { ...event, alarm: overAt(event.alarm, time) } : event));
+  }
+  const begun = withEvent(events.filter((event) => event !== known), severity, words, time);
+  const alarm = { kind, begun: time, active: true, lasted: known?.alarm?.lasted ?? 0 };
+  return begun.map((event, index) => index === begun.length - 1 ? { ...event, count: (known?.count ?? 0) + 1, alarm } : event);
+}
+
+function overAt<T extends NonNullable<ConsoleEvent["alarm"]>>(alarm: T | undefined, time: Date): T | undefined {
+  return alarm && { ...alarm, active: false, lasted: alarm.lasted + (time.getTime() - alarm.begun.getTime()) / 1000 };
 }
 
 /** Return an event's time of day, to the second. */
@@ -33,8 +58,8 @@ export function timeOfDay(time: Date): string {
 /** Return the events as text, one a line, with whole times for a report. */
 export function eventsAsText(events: readonly ConsoleEvent[]): string {
   return events
-    .map(({ time, severity, words, count }) =>
-      [time.toISOString(), severity, words, ...(count > 1 ? [`(${count}x)`] : [])].join(" "))
+    .map(({ time, severity, words, count, alarm }) =>
+      [time.toISOString(), severity, words, ...(count > 1 ? [`(${count}x)`] : []), ...(alarm?.active === false ? [`(${texts.over(alarm.lasted)})`] : [])].join(" "))
     .join("\n");
 }
 
@@ -50,5 +75,8 @@ export class EventLog {
 
   readonly add = (severity: Severity, words: string): void => {
     this.kept.value = withEvent(this.kept.peek(), severity, words, this.clock());
+  };
+  readonly alarm = (alarm: Parameters<typeof withAlarm>[1], ended: boolean): void => {
+    this.kept.value = withAlarm(this.kept.peek(), alarm, ended, this.clock());
   };
 }

@@ -28,7 +28,7 @@ export function HintPanel({ tool, state }: { tool: HintTool; state: RobotState }
               <button type="button" class="panel-primary" onClick={() => { tool.begin(); }}>{texts.begin}</button>
             )}
             {maySearch && <button type="button" onClick={() => { void tool.find(); }}>{texts.find}</button>}
-            {mayHint && !plain && <button type="button" onClick={() => { void tool.undo(); }}>{texts.undo}</button>}
+            {mayHint && !plain && tool.undoable.value && <button type="button" onClick={() => { void tool.undo(); }}>{texts.undo}</button>}
           </div>
         )}
       <p class="panel-hint-result" role="status" data-grade={gradeOf(hint.result)}>{wordsOf(hint)}</p>
@@ -64,6 +64,8 @@ function gradeOf(result: HintResult | undefined): "unknown" | "green" | "amber" 
     case "undo":
     case "search":
       return result.answer.success ? "green" : "red";
+    case "found":
+      return "green";
     case "silent":
     case "notSent":
       return "red";
@@ -144,7 +146,7 @@ function Candidates({ tool, state }: { tool: HintTool; state: RobotState }) {
         {candidates.map((candidate, i) => {
           const { x, y } = planar(candidate);
           return (
-            <button key={i} type="button" onClick={() => { tool.pick(candidate); }}>{texts.pick(i + 1, x, y)}</button>
+            <button key={i} type="button" onClick={() => { tool.pick(candidate); }}>{texts.pick(i + 1, candidate, x, y)}</button>
           );
         })}
       </div>

@@ -5,7 +5,7 @@ import { useId } from "preact/hooks";
 import {
   DECAY_RANGE, LAYERS, POINT_SIZE_RANGE, THEMES, viewsOf, withLayer, type Layer, type SceneSettings, type View,
 } from "../../scene/settings";
-import { layerTexts as texts } from "../../texts/panels";
+import { layerTexts as texts, panelTexts } from "../../texts/panels";
 import { Panel } from "../panel";
 
 /** The setting that saves bandwidth, which belongs to the link. */
@@ -21,9 +21,11 @@ export interface LayersPanelProps {
   readonly lean?: LeanSetting | undefined;
   /** Layers that the robot has nothing for, such as the truth of a real one; they are not offered. */
   readonly absent?: readonly Layer[];
+  /** How old each layer is [ms], and whether it is shown as old, where that is known. */
+  readonly ages?: ReadonlySignal<Readonly<Partial<Record<Layer, { readonly age: number; readonly stale: boolean }>>>>;
 }
 
-export function LayersPanel({ settings, views, lean, absent = [] }: LayersPanelProps) {
+export function LayersPanel({ settings, views, lean, absent = [], ages }: LayersPanelProps) {
   return (
     <Panel title={texts.title} name="layers">
       <ViewSwitch view={settings.view} {...(views && { views })} />
@@ -42,6 +44,7 @@ export function LayersPanel({ settings, views, lean, absent = [] }: LayersPanelP
               }}
             />
             {texts.names[layer]}
+            <Age {...ages?.value[layer]} />
           </label>
         ))}
       </fieldset>
@@ -57,6 +60,10 @@ export function LayersPanel({ settings, views, lean, absent = [] }: LayersPanelP
       )}
     </Panel>
   );
+}
+
+function Age({ age, stale = false }: { age?: number; stale?: boolean }) {
+  return age === undefined ? null : <span class={`panel-layer-age ${stale ? "panel-stale" : "panel-quiet"}`}>{panelTexts.old(age)}</span>;
 }
 
 /** The views of the picture, also for the page's bar. */

@@ -4,18 +4,26 @@ import { useSignal } from "@preact/signals";
 import { useId, useRef } from "preact/hooks";
 import type { RobotCommands } from "../../robot/robot_commands";
 import type { RobotState } from "../../robot/robot_state";
+import { LONGEST_NAME } from "../../session/person_name";
 import { sessionTexts as texts } from "../../texts/panels";
 import type { Session } from "../../values";
 import { Panel } from "../panel";
+import { SharePart } from "./share_part";
+import type { Sharing } from "./sharing";
 
 export interface SessionPanelProps {
   readonly state: RobotState;
   readonly commands: Pick<RobotCommands, "authenticate">;
   /** Forgets the token and connects anew; undefined if there is none to forget. */
   readonly onLogout?: (() => void) | undefined;
+  /** The person's name, and what takes another one. */
+  readonly name: string;
+  readonly onRename: (name: string) => void;
+  /** Shares the robot with others. */
+  readonly sharing: Sharing;
 }
 
-export function SessionPanel({ state, commands, onLogout }: SessionPanelProps) {
+export function SessionPanel({ state, commands, onLogout, name, onRename, sharing }: SessionPanelProps) {
   const session = state.session.value;
   const logIn = (token: string): void => { commands.authenticate(token); };
   return (
@@ -23,6 +31,8 @@ export function SessionPanel({ state, commands, onLogout }: SessionPanelProps) {
       {session === undefined
         ? <Stranger state={state} onToken={logIn} />
         : <Identity session={session} onToken={logIn} onLogout={onLogout} />}
+      {session !== undefined && <SharePart sharing={sharing} session={session} state={state} />}
+      {state.dialect.value !== "plain" && <NameField name={name} onRename={onRename} />}
     </Panel>
   );
 }
@@ -65,6 +75,26 @@ function Identity(
         <button type="button" onClick={onLogout}>{texts.logout}</button>
       )}
     </div>
+  );
+}
+
+/** The name can be changed at any time; the page connects anew with it. */
+function NameField({ name, onRename }: Pick<SessionPanelProps, "name" | "onRename">) {
+  const id = useId();
+  const field = useRef<HTMLInputElement>(null);
+  const submit = (event: Event): void => {
+    event.preventDefault();
+    const wanted = field.current?.value.trim() ?? "";
+    if (wanted !== "" && wanted !== name) {
+      onRename(wanted);
+    }
+  };
+  return (
+    <form class="panel-login" onSubmit={submit}>
+      <label for={id}>{texts.name}</label>
+      <input ref={field} id={id} type="text" defaultValue={name} maxLength={LONGEST_NAME} autoComplete="nickname" spellcheck={false} />
+      <button type="submit">{texts.rename}</button>
+    </form>
   );
 }
 

@@ -80,13 +80,14 @@ export const EXAMPLES: Readonly<Record<string, Example>> = {
     read: readMapInfo,
     message: {
       name: "office", frame_id: "map", sha256: "0b".repeat(32), points: 171_074, min: position, max: position,
-      run_id: "95601136827a3f22",
+      run_id: "95601136827a3f22", place_names: ["small_office"], places: [pose],
     },
   },
   status: {
     read: readStatus,
     message: {
       header, health: "tracking", reasons: ["few points"], fit: 0.9, nis: 1, position_sigma: 0.01, heading_sigma: 0.01,
+      candidate_scores: [0.9],
     },
   },
   verdict: {
@@ -107,7 +108,7 @@ export const EXAMPLES: Readonly<Record<string, Example>> = {
     read: readSession,
     message: {
       client: 3, name: "client 3", role: "admin", tokens: false, may_drive: true, may_stop: true, may_reset: true,
-      may_hint: true, may_search: true, may_take_over: true,
+      may_hint: true, may_search: true, may_take_over: true, may_share: false, link: false, may_play: false,
     },
   },
   preview: {

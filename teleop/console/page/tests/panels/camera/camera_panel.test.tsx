@@ -41,12 +41,12 @@ const sources = new Map([
   ["p3at", "http://robot:9090/stream?topic=/camera/rgb/image_rect_color"], ["far", "http://far:8080/stream?topic=/c"],
 ]);
 
-it("is there for a robot with a camera only, and off at first", async () => {
+it("is there for a robot with a camera only, and on at first", async () => {
   expect(page.text()).toBe("");
   await page.act(() => { state.videoSources.value = sources; });
   const options = [...page.root.querySelectorAll("option")].map((option) => option.textContent);
   expect(options).toEqual(["off", "p3at"]);
-  expect(page.root.querySelector("select")?.value).toBe("");
+  expect(page.root.querySelector("select")?.value).toBe("p3at");
   expect(page.text()).toContain("It is at http://far:8080/stream?topic=/c");
 });
 
@@ -74,7 +74,7 @@ it("offers no photograph to those who may only watch", async () => {
     state.videoSources.value = sources;
     state.session.value = {
       client: 1, name: "client 1", role: "view", tokens: true, mayStop: true, mayReset: false, mayHint: false, maySearch: false,
-      mayTakeOver: false, mayDrive: false,
+      mayTakeOver: false, mayShare: false, link: false, mayPlay: false, mayDrive: false,
     };
   });
   expect(page.root.querySelector("button")).toBeNull();

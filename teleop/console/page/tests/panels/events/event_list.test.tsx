@@ -20,6 +20,20 @@ it("shows words from the wire as text, newest first", async () => {
   expect(page.root.querySelector("img")).toBeNull();
 });
 
+it("leaves out notes while only warnings and alarms are wanted, which the browser keeps", async () => {
+  const [log, kept] = [new EventLog(), new Map<string, string>()];
+  const keeper = { getItem: (key: string) => kept.get(key) ?? null, setItem: (key: string, text: string) => { kept.set(key, text); } };
+  log.add("info", "a note");
+  log.add("warning", "a warning");
+  page = await mount(<EventList log={log} keeper={keeper} />);
+  await page.act(() => { page.root.querySelector("input")?.click(); });
+  expect([...page.root.querySelectorAll("li")].map((line) => line.textContent).join()).not.toContain("a note");
+  page.unmount();
+  page = await mount(<EventList log={log} keeper={keeper} />);
+  expect(page.text()).toContain("a warning");
+  expect(page.text()).not.toContain("a note");
+});
+
 it("copies the events, or shows them to be copied by hand where there is no clipboard", async () => {
   const log = new EventLog();
   log.add("info", "an event");

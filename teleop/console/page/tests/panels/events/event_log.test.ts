@@ -4,6 +4,38 @@ import type { ConsoleEvent } from "../../../src/values";
 
 const at = (second: number): Date => new Date(Date.UTC(2030, 0, 1, 12, 0, second));
 
+describe("an alarm that comes and goes", () => {
+  const alarm = { kind: "stale", severity: "alarm" as const, words: "Nothing received" };
+
+  it("is one event, with how often it began and how long it lasted, whatever else happened between", () => {
+    const log = new EventLog(() => now);
+    let now = at(0);
+    for (const second of [10, 20, 30]) {
+      now = at(second);
+      log.alarm({ ...alarm, words: `Nothing received for 0.${second} s` }, false);
+      log.add("info", `other ${second}`);
+      now = at(second + 2);
+      log.alarm(alarm, true);
+    }
+    const folded = log.events.value.filter((event) => event.alarm !== undefined);
+    expect(folded).toHaveLength(1);
+    expect(folded[0]).toMatchObject({ words: "Nothing received for 0.30 s", count: 3, time: at(30), alarm: { active: false, lasted: 6 } });
+    expect(log.events.value).toHaveLength(4);
+    expect(eventsAsText(folded)).toContain("(3x) (over, 6.0 s in all)");
+  });
+
+  it("is another event after a quarter of an hour, and beside one of another kind", () => {
+    const log = new EventLog(() => now);
+    let now = at(0);
+    log.alarm(alarm, false);
+    log.alarm({ ...alarm, kind: "lost" }, false);
+    log.alarm(alarm, true);
+    now = at(900);
+    log.alarm(alarm, false);
+    expect(log.events.value.map((event) => event.alarm?.kind)).toEqual(["stale", "lost", "stale"]);
+  });
+});
+
 describe("the event log", () => {
   it("counts repetitions in a row, with the time of the last", () => {
     let events: readonly ConsoleEvent[] = [];

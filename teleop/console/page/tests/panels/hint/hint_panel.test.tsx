@@ -8,7 +8,7 @@ import { mount, type Mounted } from "../mounted";
 
 const SESSION: Session = {
   client: 4, name: "client 4", role: "operate", tokens: true,
-  mayDrive: true, mayStop: true, mayReset: true, mayHint: true, maySearch: true, mayTakeOver: true,
+  mayDrive: true, mayStop: true, mayReset: true, mayHint: true, maySearch: true, mayTakeOver: true, mayShare: false, link: false, mayPlay: false,
 };
 const POSE: StampedPose = {
   position: { x: 1, y: 2, z: 0 }, orientation: { x: 0, y: 0, z: 0, w: 1 }, stamp: 1, receivedAt: 0,
@@ -64,6 +64,19 @@ it("offers the numbered places of a search", async () => {
   expect(page.text()).toContain("2 places explain what is seen");
   await page.act(() => { page.button("2: at 8.0, 9.0 m").click(); });
   expect(commands.hints[0]?.pose).toMatchObject({ x: 8, y: 9 });
+});
+
+it("names the places of a search, with the share that each explains and how far it is", async () => {
+  await page.act(() => { state.candidates.value = [{ ...POSE, name: "kitchen", share: 0.914, away: 12.04 }]; });
+  expect(page.text()).toContain("1: kitchen, 91 %, 12.0 m away");
+});
+
+it("offers to undo only what was placed", async () => {
+  expect(page.text()).not.toContain("Undo");
+  await page.act(() => {
+    state.verdict.value = { stamp: 1, verdict: "accepted", reason: "", hint: POSE, candidates: [], scores: [] };
+  });
+  expect(page.text()).toContain("Undo");
 });
 
 it("does not offer what the role may not use, nor what a plain rosbridge has not", async () => {

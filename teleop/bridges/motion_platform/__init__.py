@@ -1,0 +1,1 @@
+"""A chair on a motion base that tilts as the robot does."""

@@ -1,0 +1,58 @@
+/** Names of places in the picture. */
+
+import { Group } from "three";
+import type { NamedPlace } from "../values";
+import { Label, withoutOverlap } from "./labels";
+import type { SceneColours } from "./palette";
+import type { View } from "./settings";
+import type { Viewport } from "./viewport";
+
+const LABEL_HEIGHT = 20;
+/** From behind the robot only names within this distance of it are shown [m]: farther ones would lie over each other. */
+const NEAR = 9;
+
+interface Named {
+  readonly label: Label;
+  readonly place: NamedPlace;
+}
+
+export class PlaceNames {
+  readonly object = new Group();
+  #labels: readonly Named[] = [];
+
+  set(places: readonly NamedPlace[], colours: SceneColours): void {
+    this.dispose();
+    this.#labels = places.map((place) => {
+      const label = new Label(place.name, LABEL_HEIGHT, colours.ink, colours.background);
+      const { x, y, z } = place.pose.position;
+      label.object.position.set(x, y, z + 0.1);
+      label.object.material.opacity = 0.8;
+      this.object.add(label.object);
+      return { label, place };
+    });
+  }
+
+  /** Show the names that can be told apart in a view of a robot that is here [m]. */
+  look(view: View, x: number, y: number, viewport: Viewport): void {
+    const away = ({ place: { pose: { position } } }: Named): number => Math.hypot(position.x - x, position.y - y);
+    const near = this.#labels
+      .filter((named) => view === "top" || (view === "chase" && away(named) > 1 && away(named) < NEAR))
+      .sort((a, b) => away(a) - away(b));
+    // From above they lie as on a map; those nearest to the robot are kept.
+    const scale = view === "top" ? 1 / viewport.metresPerPixel : 1e6;
+    const shown = new Set(withoutOverlap(near.map(({ label, place: { pose: { position } } }) =>
+      ({ label, at: [position.x * scale, position.y * scale] as const, width: label.width })), LABEL_HEIGHT).map(({ label }) => label));
+    for (const { label } of this.#labels) {
+      label.object.visible = shown.has(label);
+      label.setViewport(viewport.height / viewport.ratio, viewport.tangent);
+    }
+  }
+
+  dispose(): void {
+    for (const { label } of this.#labels) {
+      this.object.remove(label.object);
+      label.dispose();
+    }
+    this.#labels = [];
+  }
+}

@@ -1,0 +1,32 @@
+/** Words of the playground. */
+
+export const playgroundTexts = {
+  title: "Playground",
+  simulation: "This robot and its world are simulated. What is done here stands in the robot's records.",
+  place: "Choose a place in the picture",
+  placeNow: "Press where, and drag to where it faces; then choose what to put there.",
+  robot: "Carry the robot there",
+  person: "A person there",
+  box: "A box there",
+  clear: "Take all away",
+  reset: "Reset",
+  pause: "Pause",
+  goOn: "Go on",
+  paused: "The world stands still.",
+  slip: "Wheels spin now",
+  link: "Link",
+  links: [
+    ["good", []],
+    ["0.3 s late", ["delay=0.15"]],
+    ["late and uneven", ["delay=0.2", "jitter=0.3"]],
+    ["60 kB a second", ["rate=60000"]],
+  ] as readonly (readonly [string, readonly string[]])[],
+  world: "Another world",
+  scene: "Scene",
+  people: "People, doors and carts move",
+  moved: "Furniture has moved since the map was made",
+  start: "Start there",
+  starting: "The robot starts anew; the page comes back by itself.",
+  done: "Done.",
+  refused: (why: string): string => `Not done: ${why}`,
+} as const;

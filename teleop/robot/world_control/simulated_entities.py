@@ -1,0 +1,164 @@
+"""Entities of a simulation: the robot, and the spare boxes and people that were spawned."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+
+import numpy as np
+
+from localization.types import Pose, Twist
+from robot_sim import Simulation, Spare, World, WorldError
+from robot_sim.floorplan.plan import Placement
+from robot_sim.layout.footprints import Footprint
+from robot_sim.standing_pose import standing_pose
+from teleop.robot.world_control.interface import Entity, Motion, Spawnable
+from teleop.robot.world_control.results import Category, Code, ControlError
+
+ROBOT = "robot"
+"""Name of the robot among the entities."""
+_UPRIGHT = 0.1
+"""Largest roll or pitch that counts as upright [rad]."""
+_REST = Twist(np.zeros(3), np.zeros(3))
+
+
+class SimulatedEntities:
+    """Half of a ``WorldControl``; owns the names of what was spawned."""
+
+    def __init__(self, simulation: Callable[[], Simulation]) -> None:
+        """Take the simulation, which a reset may replace."""
+        self._simulation = simulation
+        self._spawned: dict[str, Spare] = {}
+
+    @property
+    def entities(self) -> Mapping[str, Entity]:
+        """See ``WorldControl.entities``."""
+        found = {ROBOT: Entity(ROBOT, Category.ROBOT, self._robot_text, ("mobile_robot",))}
+        for name, spare in self._spawned.items():
+            found[name] = Entity(name, _category(spare), _text(spare), (spare.kind, "spawned"))
+        return found
+
+    @property
+    def _robot_text(self) -> str:
+        robot = self._simulation().world.robot
+        return f"skid-steer robot {robot.length:g} m long; its frame is base_link"
+
+    def motion(self, name: str) -> Motion:
+        """See ``WorldControl.motion``."""
+        simulation = self._simulation()
+        if name == ROBOT:
+            truth = simulation.truth()
+            rotation = truth.map_from_base.rotation
+            twist = Twist(rotation @ truth.twist.linear, rotation @ truth.twist.angular)
+            return Motion(truth.map_from_base, twist)
+        at = simulation.spares.standing[self._spawned[name].name]
+        pose = Pose.from_euler(np.array([at.x, at.y, at.z]), yaw=at.yaw)
+        return Motion(pose, _REST)
+
+    def move(self, name: str, map_from_entity: Pose) -> None:
+        """See ``WorldControl.move``."""
+        self._put(name, map_from_entity, Code.POSE_INVALID)
+
+    @property
+    def spawnables(self) -> Mapping[str, Spawnable]:
+        """See ``WorldControl.spawnables``."""
+        return {
+            _uri(spare): Spawnable(_uri(spare), _category(spare), _text(spare), spare.size)
+            for spare in self._simulation().world.spares
+        }
+
+    def spawn(self, uri: str, name: str, map_from_entity: Pose) -> None:
+        """See ``WorldControl.spawn``."""
+        spares = self._simulation().spares
+        free = [spare for spare in spares.parked if _uri(spare) == uri]
+        if not free:
+            count = sum(_uri(spare) == uri for spare in spares.all)
+            raise ControlError(
+                Code.FAILED, f"all {count} of {uri} are in the world; delete one of them first"
+            )
+        self._spawned[name] = free[0]
+        try:
+            self._put(name, map_from_entity, Code.SPAWN_POSE_INVALID)
+        except ControlError:
+            del self._spawned[name]
+            raise
+
+    def remove(self, name: str) -> None:
+        """See ``WorldControl.remove``."""
+        if name == ROBOT:
+            raise ControlError(Code.FAILED, "the robot cannot be deleted; only what was spawned")
+        self._simulation().spares.remove(self._spawned.pop(name).name)
+
+    def remove_all(self) -> None:
+        """Take everything away that was spawned."""
+        for name in list(self._spawned):
+            self.remove(name)
+
+    def forget_all(self) -> None:
+        """Note that a new simulation has begun, in which nothing is spawned."""
+        self._spawned.clear()
+
+    @property
+    def named_poses(self) -> Mapping[str, tuple[Pose, tuple[str, ...]]]:
+        """See ``WorldControl.named_poses``."""
+        world = self._simulation().world
+        spawns = {name: (pose, ("spawn",)) for name, pose in world.spawns.items()}
+        return {
+            **spawns,
+            **{name: (pose, ("navigation_goal",)) for name, pose in world.places.items()},
+        }
+
+    def _put(self, name: str, pose: Pose, invalid: int) -> None:
+        simulation = self._simulation()
+        at = _placement(simulation.world, pose, invalid)
+        try:
+            if name == ROBOT:
+                simulation.carry_to(standing_pose(simulation.world, at.x, at.y, at.yaw))
+            else:
+                spare = self._spawned[name]
+                _refuse_robot(simulation, spare, at, invalid)
+                simulation.spares.put(spare.name, at)
+        except WorldError as error:
+            raise ControlError(invalid, str(error)) from None
+
+
+def _placement(world: World, pose: Pose, invalid: int) -> Placement:
+    x, y, _ = pose.position.tolist()
+    roll, pitch, yaw = pose.euler
+    if max(abs(roll), abs(pitch)) > _UPRIGHT:
+        raise ControlError(
+            invalid,
+            f"it stands upright: roll and pitch must be 0, got {roll:.2f} and {pitch:.2f} rad",
+        )
+    x0, y0, x1, y1 = world.bounds
+    if not (x0 <= x <= x1 and y0 <= y <= y1):
+        raise ControlError(
+            invalid,
+            f"x {x:.2f}, y {y:.2f} is off the floor, which reaches from {x0:g}, {y0:g} to {x1:g}, {y1:g}",
+        )
+    return Placement(x, y, yaw)
+
+
+def _refuse_robot(simulation: Simulation, spare: Spare, at: Placement, invalid: int) -> None:
+    half = (0.5 * spare.size[0], 0.5 * spare.size[1])
+    there = simulation.truth().map_from_base.position[:2]
+    robot = simulation.world.robot
+    if Footprint(at.x, at.y, half, at.yaw).distance(there) < robot.half_width:
+        x, y = there.tolist()
+        raise ControlError(invalid, f"the robot stands there, at x {x:.2f}, y {y:.2f}")
+
+
+def _uri(spare: Spare) -> str:
+    if spare.kind == "person":
+        return "person"
+    return "box_" + "x".join(f"{side:g}" for side in spare.size)
+
+
+def _category(spare: Spare) -> Category:
+    return Category.HUMAN if spare.kind == "person" else Category.STATIC_OBJECT
+
+
+def _text(spare: Spare) -> str:
+    length, width, height = spare.size
+    if spare.kind == "person":
+        return f"a person who stands, {height:g} m tall"
+    return f"a box of cardboard, {length:g} m long, {width:g} m wide, {height:g} m high"

@@ -1,0 +1,117 @@
+"""The bridge between a robot's server and a receiver of datagrams, over real sockets."""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import math
+import socket
+import time
+from collections.abc import AsyncIterator, Callable
+from typing import Any
+
+import pytest
+
+from teleop.bridges.motion_platform.bridge import (
+    ATTITUDE,
+    POSE,
+    run_motion_platform,
+    run_motion_receiver,
+)
+from teleop.bridges.motion_platform.bridge_config import (
+    MotionPlatformConfig,
+    MotionReceiverConfig,
+)
+from teleop.errors import SettingError
+from teleop.ros_types import registry
+from teleop.rosbridge import Client, Protocol, Server
+from tests.teleop.bridges.motion_platform.test_motion import imu
+from tests.teleop.support import PATIENCE, in_a_loop
+
+
+def free_port() -> int:
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as taken:
+        taken.bind(("127.0.0.1", 0))
+        return int(taken.getsockname()[1])
+
+
+async def until(true: Callable[[], object]) -> None:
+    end = time.monotonic() + PATIENCE
+    while not true():
+        assert time.monotonic() < end
+        await asyncio.sleep(0.01)
+
+
+@contextlib.asynccontextmanager
+async def beside(*works: Any) -> AsyncIterator[None]:
+    tasks = [asyncio.ensure_future(work) for work in works]
+    try:
+        yield
+    finally:
+        for task in tasks:
+            assert not task.done(), task.exception()
+            task.cancel()
+        await asyncio.wait(tasks)
+
+
+@in_a_loop
+async def test_a_robot_that_leans_tilts_the_platform_in_datagrams_and_on_topics() -> None:
+    said: list[str] = []
+    heard: list[str] = []
+    attitudes: list[Any] = []
+    poses: list[Any] = []
+    address = f"127.0.0.1:{free_port()}"
+    async with Server(Protocol(registry()), port=0) as server, Client(server.url) as client:
+        topics = server.protocol.topics
+        for topic, kind in (("/imu/data", "sensor_msgs/Imu"), ("/tf", "tf2_msgs/TFMessage")):
+            topics.advertise(topic, kind)
+        await client.subscribe(ATTITUDE, "geometry_msgs/QuaternionStamped", attitudes.append)
+        await client.subscribe(POSE, "geometry_msgs/PoseStamped", poses.append)
+        leaning = True
+
+        async def publish() -> None:
+            while True:
+                if leaning:
+                    topics.publish("/imu/data", imu(roll=0.1), server.now)
+                await asyncio.sleep(0.02)
+
+        async with beside(
+            run_motion_receiver(MotionReceiverConfig(udp=address), heard.append),
+            run_motion_platform(MotionPlatformConfig(server.url, udp=address), said.append),
+            publish(),
+        ):
+            await until(lambda: attitudes and attitudes[-1]["quaternion"]["x"] > 0.049979)
+            assert attitudes[-1]["quaternion"]["x"] == pytest.approx(math.sin(0.05), abs=1e-6)
+            assert poses[-1]["pose"]["orientation"]["x"] == pytest.approx(math.sin(0.05), abs=1e-6)
+            await until(lambda: any("0 refused in all; roll +5.7" in line for line in heard))
+            leaning = False
+            await until(lambda: "settling level" in said[-1])
+            await until(lambda: abs(attitudes[-1]["quaternion"]["x"]) < 1e-6)
+            assert not any("refused:" in line for line in heard)
+
+
+@in_a_loop
+async def test_what_is_no_attitude_is_named_and_not_followed() -> None:
+    said: list[str] = []
+    async with Server(Protocol(registry()), port=0) as server:
+        server.protocol.topics.advertise("/imu/data", "sensor_msgs/Imu")
+        async with beside(run_motion_platform(MotionPlatformConfig(server.url), said.append)):
+            await until(lambda: any("is connected" in line for line in said))
+            wrong = imu(orientation={"x": 0.0, "y": 0.0, "z": 0.0, "w": 0.0})
+            while not any("/imu/data: a quaternion is not of length 1" in line for line in said):
+                server.protocol.topics.publish("/imu/data", wrong, server.now)
+                await asyncio.sleep(0.02)
+            assert "following the robot" not in said
+
+
+@pytest.mark.parametrize(
+    ("given", "reason"),
+    [
+        ({"gain": 0.0}, "gain must be > 0 and at most 1"),
+        ({"udp": "chair"}, "udp must be host:port"),
+        ({"udp": "chair:99999"}, "udp must be host:port"),
+    ],
+)
+def test_a_wrong_setting_is_refused_by_its_name(given: dict[str, Any], reason: str) -> None:
+    with pytest.raises(SettingError, match=reason):
+        MotionPlatformConfig(**given)
