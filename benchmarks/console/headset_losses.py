@@ -107,7 +107,7 @@ async def _visibility(state: str, page: Page, _robot: PacedRobot) -> AsyncIterat
 
 @asynccontextmanager
 async def _frames(page: Page, _robot: PacedRobot) -> AsyncIterator[None]:
-    """The headset sleeps: no frame comes, and nothing reports it."""
+    """The headset sleeps: no frame comes, and no event reports it."""
     await worn(page, "frames", False)
     yield
     await worn(page, "frames", True)
@@ -138,7 +138,7 @@ async def _unconnected(page: Page, _robot: PacedRobot) -> AsyncIterator[None]:
 
 @asynccontextmanager
 async def _lies(page: Page, _robot: PacedRobot) -> AsyncIterator[None]:
-    """The controller lies on the table, and is reported with an invalid pose."""
+    """The controller lies on the table, and its reported pose is invalid."""
     await worn(page, "lie", "right", True)
     yield
     await worn(page, "lie", "right", False)

@@ -17,7 +17,7 @@ DEVICE: Final = """
 (() => {
   const device = new IWER.XRDevice(IWER[NAME], { stereoEnabled: true, ipd: 0.063 });
   device.installRuntime({ polyfillLayers: false, forceInstall: true });
-  // What a real runtime does to a page, and iwer does not by itself: frames that do not come, spaces that are reported.
+  // What a real runtime does to a page, and iwer does not by itself: frames that do not come, spaces whose origin moves.
   const held = [];
   let frames = true;
   let count = 0;
@@ -38,18 +38,24 @@ DEVICE: Final = """
     spaces.push(found);
     return found;
   };
-  // iwer makes a rotation of any quaternion, runtimes hand on what they are given.
-  const lying = new Set();
+  // iwer makes a rotation of any quaternion and calls all places guessed; runtimes hand on what they are given, and say.
+  const [lying, guessed] = [new Set(), new Set()];
   const pose = XRFrame.prototype.getPose;
   XRFrame.prototype.getPose = function (of, base) {
     const found = pose.call(this, of, base);
-    const lies = [...lying].some((side) => [side.inputSource.gripSpace, side.inputSource.targetRaySpace].includes(of));
-    if (!lies) return found;
-    return { emulatedPosition: false, transform: { position: found.transform.position, orientation: { x: 0, y: 0, z: 0, w: 0 } } };
+    const isOf = (side) => [side.inputSource.gripSpace, side.inputSource.targetRaySpace].includes(of);
+    if (!Object.values(device.controllers).some(isOf)) return found;
+    const { position, orientation } = found.transform;
+    const nothing = { x: 0, y: 0, z: 0, w: 0 };
+    return {
+      emulatedPosition: [...guessed].some(isOf),
+      transform: { position, orientation: [...lying].some(isOf) ? nothing : orientation },
+    };
   };
   window.worn = {
     device,
     get count() { return count; },
+    guess(hand, is) { guessed[is ? 'add' : 'delete'](device.controllers[hand]); },
     lie(hand, lies) { lying[lies ? 'add' : 'delete'](device.controllers[hand]); },
     frames(come) {
       frames = come;
@@ -71,7 +77,6 @@ DEVICE: Final = """
       const [cy, sy, cp, sp] = [Math.cos(yaw / 2), Math.sin(yaw / 2), Math.cos(pitch / 2), Math.sin(pitch / 2)];
       side.quaternion.set(cy * sp, sy * cp, -sy * sp, cy * cp);
     },
-    pulses(hand) { return device.controllers[hand].inputSource.gamepad.hapticActuators.length; },
   };
 })();
 """
@@ -121,7 +126,7 @@ async def worn(page: Page, call: str, *arguments: object) -> Any:
 async def figures(page: Page) -> dict[str, Any] | None:
     """Return what the page says of the headset; None while it shows nothing there."""
     found: dict[str, Any] | None = await page.evaluate(
-        "() => { const it = farsteerFigures().headset; return it ? { ...it, keyAt: undefined } : null; }"
+        "() => { const it = farsteerFigures().headset; return it ? { ...it, keyAt: undefined, toRoom: undefined } : null; }"
     )
     return found
 
@@ -160,6 +165,20 @@ def grip(
             await worn(page, "stick", "right", -turn, forward)
 
     return hold
+
+
+async def drives(page: Page, hold: Callable[[bool], Awaitable[object]]) -> None:
+    """Hold what drives until the page says that it does, letting go and pressing again where it asks for that."""
+    status = page.locator(".driving-status")
+    async with asyncio.timeout(PATIENCE):
+        while True:
+            await hold(True)
+            for _ in range(20):
+                await asyncio.sleep(0.1)
+                if "You drive" in await status.inner_text():
+                    return
+            await hold(False)
+            await asyncio.sleep(2 * FRAME)
 
 
 async def tap(page: Page, hand: str, button: str) -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import subprocess
+from contextlib import AsyncExitStack
 from pathlib import Path
 from random import Random
 
@@ -13,12 +14,26 @@ from benchmarks.console.headset_losses import EXPECTED, KINDS, trial
 from benchmarks.console.losses import LIMIT
 from localization.maps.cloud import Cloud
 from robot_sim import World
-from tests.teleop.console.conftest import Pages
+from teleop.console.lan.certificate import ensure_certificate
+from teleop.robot.serving.serve_config import ServeConfig
+from tests.teleop.console.conftest import Pages, Served
 from tests.teleop.console.hands import hold_until, says, seen
-from tests.teleop.console.headset_hands import CYCLES, enter, figures, grip, headset, inside, worn
+from tests.teleop.console.headset_hands import (
+    CYCLES,
+    aim,
+    drives,
+    enter,
+    figures,
+    grip,
+    headset,
+    inside,
+    tap,
+    worn,
+)
 from tests.teleop.console.paced_robot import paced_robot
 from tests.teleop.console.test_accessible import FETCH
 from tests.teleop.console.test_losing_it import BUSY
+from tests.teleop.console.test_restart import front
 from tests.teleop.support import in_a_loop
 
 pytestmark = [pytest.mark.process, pytest.mark.slow, pytest.mark.untraced]
@@ -134,3 +149,78 @@ async def test_socket_that_drops_on_entering_comes_back_within_the_session(
         assert not any(tick.moves for tick in robot.ticks)
         await hold_until(page, grip(page), lambda: robot.ticks[-1].moves, "that it drives")
         await worn(page, "button", "right", "squeeze", 0)
+
+
+@pytest.mark.long
+@in_a_loop
+async def test_certificate_that_is_renewed_meanwhile_ends_the_drive_and_not_the_session(
+    page_of: Pages, served: Served, tmp_path: Path
+) -> None:
+    async with AsyncExitStack() as last, front() as door:
+        robot = await last.enter_async_context(served(_encrypted(tmp_path, "old"), lockstep=False))
+        door.target = robot.port
+        door.whole.set()
+        address = f"https://127.0.0.1:{door.port}/"
+        async with page_of(
+            address, scripts=[headset()], viewport=SIZE, ignore_https_errors=True
+        ) as visit:
+            page = visit.page
+            await seen(page)
+            await enter(page)
+            hold = grip(page)
+            await drives(page, hold)
+            async with served(_encrypted(tmp_path, "new"), lockstep=False) as renewed:
+                door.target = renewed.port
+                door.drop()
+                await last.aclose()
+                await says(page, "Stopped:")
+                await inside(page)
+                # In the drawer of a small window.
+                nobody = page.get_by_text("Nobody drives", exact=True)
+                await nobody.first.wait_for(state="attached")
+                await hold(False)
+                await drives(page, hold)
+                await hold(False)
+
+
+def _encrypted(folder: Path, name: str) -> ServeConfig:
+    """Return settings with a certificate of their own."""
+    certificate, key = folder / f"{name}.crt", folder / f"{name}.key"
+    ensure_certificate(certificate, key, ["127.0.0.1"])
+    return ServeConfig(tls_cert=certificate, tls_key=key)
+
+
+@in_a_loop
+async def test_building_stands_on_the_table_that_a_person_looks_at_without_its_ground(
+    page_of: Pages, office: World, office_cloud: Cloud, cache: Path
+) -> None:
+    async with (
+        paced_robot(office, office_cloud, cache) as robot,
+        page_of(robot.page, scripts=[headset(), TABLE], viewport=SIZE) as visit,
+    ):
+        page = visit.page
+        robot.place()
+        await seen(page)
+        await enter(page, "AR")
+        await inside(page, lambda it: it["stand"] == "table")
+        await aim(page, "right", {"x": 0.25, "y": 1.5, "z": 5.0})
+        await tap(page, "right", "trigger")
+        middle = await page.evaluate(MIDDLE)
+        assert middle == pytest.approx([1.0, 0.6, -1.5], abs=0.01)
+
+
+TABLE = """
+worn.device.installSEM(class {
+  environmentCanvas = document.createElement('canvas');
+  trackedPlanes = new Set();
+  trackedMeshes = new Set();
+  render() {}
+  // A table at which the person looks: a pose in the room, column by column.
+  computeHitTestResults() { return [[1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 1, 0.6, -1.5, 1]]; }
+});
+"""
+MIDDLE = """() => {
+  const { toRoom, plan } = farsteerFigures().headset;
+  const at = toRoom(plan.x, plan.y, plan.z);
+  return [at.x, at.y, at.z];
+}"""

@@ -6,10 +6,10 @@ import { GamepadSource } from "../driving/gamepad_source";
 import { BUTTONS, stickAxis, type Side } from "./inputs";
 
 /**
- * Without a frame for so long everything counts as released [ms]: a headset that sleeps sends none and says nothing. Twelve
- * frames of the slowest headset (72 per second), and far less than the robot's watchdog (500 ms).
+ * Without a frame for so long everything counts as released [ms]: a headset that sleeps sends none and says nothing. Half of
+ * the robot's watchdog (500 ms), and 18 frames of the slowest headset.
  */
-export const FRAMES_MISSING = 170;
+export const FRAMES_MISSING = 250;
 
 /** A controller as the browser lists gamepads. */
 type Pad = Pick<Gamepad, "id" | "index" | "connected" | "mapping" | "timestamp" | "axes" | "buttons">;

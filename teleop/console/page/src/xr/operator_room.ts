@@ -59,7 +59,6 @@ export class OperatorRoom {
   readonly #landing = new Mesh(new RingGeometry(0.18, 0.25, 32), new MeshBasicMaterial({ depthTest: false, transparent: true }));
   readonly #head = new Vector3();
   readonly #turn = new Quaternion();
-  readonly #middle = new Vector3();
   readonly #undo: (() => void)[] = [];
   #boards: Board[] = [];
   #ground = true;
@@ -184,7 +183,7 @@ export class OperatorRoom {
 
   /** Put the model of the building on a place of the room, as a hit test found it. */
   putTable(at: DOMPointReadOnly): void {
-    this.#place.putTable(this.#middle.set(at.x, at.y, at.z));
+    this.#place.putTable(new Vector3(at.x, at.y, at.z));
   }
 
   /** What a test or a measurement asks for. */
@@ -192,8 +191,9 @@ export class OperatorRoom {
     const { x, y, z } = this.parts.immersion.room.localToWorld(this.#head.clone());
     const keyAt = (label: string): { x: number; y: number; z: number } | undefined =>
       this.#boards.map((board) => board.placeOf(label)).find((place) => place !== undefined);
+    const toRoom = (x: number, y: number, z: number): Vector3 => this.parts.immersion.room.worldToLocal(new Vector3(x, y, z));
     const words = this.#boards.flatMap(({ rows }) => rows.flatMap((row) => row.words ?? row.keys?.map(({ label }) => label) ?? []));
-    return { stand: this.stand.peek(), head: { x, y, z }, heading: this.#place.heading, covered: this.vignette.covered, words, keyAt };
+    return { stand: this.stand.peek(), head: { x, y, z }, heading: this.#place.heading, covered: this.vignette.covered, words, keyAt, toRoom, plan: this.#middleOf() };
   }
 
   #cap(): number {
@@ -220,9 +220,14 @@ export class OperatorRoom {
   }
 
   #stand(stand: Stand): void {
+    this.#place.take(stand, this.#middleOf());
+  }
+
+  /** Return the middle of the building, on its floor. */
+  #middleOf(): Vector3 {
     const { bounds, floor } = this.parts.immersion.plan;
     const { min, max } = bounds ?? { min: { x: 0, y: 0 }, max: { x: 0, y: 0 } };
-    this.#place.take(stand, this.#middle.set((min.x + max.x) / 2, (min.y + max.y) / 2, floor));
+    return new Vector3((min.x + max.x) / 2, (min.y + max.y) / 2, floor);
   }
 
   #snap(sense: 1 | -1): void {

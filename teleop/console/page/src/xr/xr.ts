@@ -27,6 +27,9 @@ export class Headset {
   #joined: Joined | undefined;
   #frameAt = -Infinity;
   #gone = true;
+  /** In the person's own room: what is looked at. */
+  #hits: XRHitTestSource | undefined;
+  #hit: DOMPointReadOnly | undefined;
 
   constructor(private readonly xr: XRSystem, private readonly parts: HeadsetParts) {
     this.mode = this.#mode;
@@ -123,6 +126,7 @@ export class Headset {
     }
     this.#frameAt = this.parts.now();
     this.#gone = false;
+    this.#hit = this.#hits && frame.getHitTestResults(this.#hits)[0]?.getPose(space)?.transform.position;
     return this.room.frame(interval, frame, space, this.#source, arm.peek()?.arm);
   }
 
@@ -149,12 +153,13 @@ export class Headset {
       return;
     }
     void session.requestReferenceSpace("viewer").then((viewer) => session.requestHitTestSource?.({ space: viewer })).then((source) => {
-      session.addEventListener("select", ({ frame }) => {
-        const hit = source && frame.getHitTestResults(source)[0]?.getPose(space);
-        if (hit != null && this.room.stand.peek() === "table" && !this.room.pointsAtBoard) {
-          this.room.putTable(hit.transform.position);
+      this.#hits = source;
+      session.addEventListener("select", () => {
+        if (this.#hit !== undefined && this.room.stand.peek() === "table" && !this.room.pointsAtBoard) {
+          this.room.putTable(this.#hit);
         }
       }, { signal: ended });
     }, () => undefined); // a headset without it has its table before the operator
+    ended.addEventListener("abort", () => { this.#hits = this.#hit = undefined; });
   }
 }
