@@ -311,7 +311,7 @@ class HealthMonitor:
             slipping: whether the wheels slip.
             silent: sensors whose readings are overdue.
             no_scanner: whether all scanners are silent.
-            mounts: doubts about how the scanners are mounted.
+            mounts: doubts about how the scanners are mounted: notes, which change no state.
         """
         missing = tuple(f"nothing from {name}" for name in silent)
         if self.lost:
@@ -336,9 +336,9 @@ class HealthMonitor:
         if slipping:
             return Health.SLIPPING, ("the wheels contradict gyro or scanners", *missing)
         blind = (f"unobservable: {', '.join(self.unobservable)}",) if self.unobservable else ()
-        if _PLANAR & set(self.unobservable) or missing or mounts:
-            return Health.DEGRADED, (*blind, *missing, *mounts, *self._remarks())
-        return Health.TRACKING, (*blind, *self._remarks())
+        degraded = _PLANAR & set(self.unobservable) or missing
+        state = Health.DEGRADED if degraded else Health.TRACKING
+        return state, (*blind, *missing, *mounts, *self._remarks())
 
     def _awaited(self) -> str:
         """Return what must be confirmed by driving."""

@@ -39,8 +39,9 @@ def ask(
     sigma: float = 0.02,
     slipping: bool = False,
     silent: tuple[str, ...] = (),
+    mounts: tuple[str, ...] = (),
 ) -> tuple[Health, tuple[str, ...]]:
-    return monitor.after_prediction(sigma).status(slipping=slipping, silent=silent)
+    return monitor.after_prediction(sigma).status(slipping=slipping, silent=silent, mounts=mounts)
 
 
 def test_good_sweeps_are_tracking_and_need_no_reasons() -> None:
@@ -188,6 +189,13 @@ def test_silent_sensors_are_named_whatever_the_state() -> None:
         health, reasons = ask(monitor, silent=("wheels", "laser_vertical"))
         assert health is wanted
         assert reasons[-2:] == ("nothing from wheels", "nothing from laser_vertical")
+
+
+def test_doubt_about_a_mount_is_a_note_and_changes_no_state() -> None:
+    doubt = ("laser_horizontal seems mounted about 1.2 degrees off in yaw",)
+    for monitor in (feed(HealthMonitor(), 5), feed(HealthMonitor(), 5, "bad")):
+        assert ask(monitor, mounts=doubt)[0] is ask(monitor)[0]
+    assert ask(feed(HealthMonitor(), 5), mounts=doubt) == (Health.TRACKING, doubt)
 
 
 def test_directions_without_hold_are_named_in_the_robots_words() -> None:
