@@ -345,10 +345,12 @@ def _registered_turned(
         fits = match.inlier_ratio >= r.config.slip_min_inlier_ratio
         if not (fits and len(match.observable_directions)):
             continue
-        nis = match_nis(wide, r.config.ekf, match)
+        # Whether the robot can be there is asked of the place that the heading was tried at.
+        prior = replace(wide, pose=start)
+        nis = match_nis(prior, r.config.ekf, match)
         better = best is None or match.inlier_ratio > best[1].inlier_ratio
         if better and _refusal(match, nis, r.config) is None:
-            best = wide, match, nis
+            best = prior, match, nis
     return best
 
 
