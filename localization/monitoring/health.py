@@ -16,6 +16,8 @@ _AXES = ("forward", "sideways", "up", "roll", "pitch", "yaw")
 _PLANAR = {"forward", "sideways", "yaw"}
 """Axes that a wheeled robot needs; its height, roll and pitch are those of the floor."""
 _CONSISTENT = ScanConsistency(0.0, 0.0, 0.0, 0.0)
+_MOST_OF_ONE = 0.4
+"""One sweep counts for at most this time [s], however rare sweeps are: what is decided over a second rests on three."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -50,8 +52,8 @@ class HealthConfig:
     jump_occlusion: float = 0.05
     """Such a share is larger by this part of what a sweep has more of beams that end before mapped surfaces:
     people who cause the one cause a little of the other."""
-    settling_sweeps: int = 12
-    """Number of sweeps that must fit after a jump before the whole map is searched for other places that fit:
+    settling: int = 12 * SECOND // 10
+    """Time for which sweeps must fit after a jump before the whole map is searched for other places that fit [ns]:
     until then a robot that is lost is searched for nearby."""
     suspect_after: int = 3
     """Number of rejected or doubtful sweeps in a row that makes the pose suspect, at the least."""
@@ -95,7 +97,7 @@ class HealthMonitor:
     violations: int = 0
     """Number of sweeps in a row since too many beams have passed through mapped surfaces."""
     settling: int = 0
-    """Number of sweeps that still must fit after a jump."""
+    """Time for which sweeps still must fit after a jump [ns]."""
     settled: bool = False
     """Whether the last of those has just fitted."""
     lost: bool = False
@@ -157,9 +159,7 @@ class HealthMonitor:
             most = most and (not at_once or more > c.jump_growth)
             if not most and grown <= c.jump_violation + c.jump_occlusion * hidden:
                 return self
-        return replace(
-            self, settling=c.settling_sweeps, unconfirmed=c.agreement_distance, carried=True
-        )
+        return replace(self, settling=c.settling, unconfirmed=c.agreement_distance, carried=True)
 
     def unwitnessed(self) -> HealthMonitor:
         """Return the monitor of a robot whose own motion rules out no place, until metres agree."""
@@ -253,6 +253,8 @@ class HealthMonitor:
         bad_for = self.bad_for + elapsed if bad else 0.0
         occluded = refusal is None and not off_map and consistency is not None
         occluded = occluded and average.free_space_violation <= c.max_free_space_violation
+        fitted = round(min(elapsed, _MOST_OF_ONE) * SECOND) if doubt is None else 0
+        settling = max(0, self.settling - fitted)
         begins = bad >= c.suspect_after and (
             not occluded or bad_for * SECOND >= c.occluded_suspect_after
         )
@@ -264,8 +266,8 @@ class HealthMonitor:
             bad_for=bad_for,
             suspect=begins or (self.suspect and not (good and cleared)),
             violations=self.violations + 1 if violated else 0,
-            settling=self.settling - int(doubt is None and self.settling > 0),
-            settled=doubt is None and self.settling == 1,
+            settling=settling,
+            settled=settling == 0 < self.settling,
             off_map=off_map,
             why=why,
             unobservable=unobservable_axes(match, pose),
@@ -311,7 +313,7 @@ class HealthMonitor:
             slipping: whether the wheels slip.
             silent: sensors whose readings are overdue.
             no_scanner: whether all scanners are silent.
-            mounts: doubts about how the scanners are mounted.
+            mounts: doubts about how the scanners are mounted: notes, which change no state.
         """
         missing = tuple(f"nothing from {name}" for name in silent)
         if self.lost:
@@ -336,9 +338,9 @@ class HealthMonitor:
         if slipping:
             return Health.SLIPPING, ("the wheels contradict gyro or scanners", *missing)
         blind = (f"unobservable: {', '.join(self.unobservable)}",) if self.unobservable else ()
-        if _PLANAR & set(self.unobservable) or missing or mounts:
-            return Health.DEGRADED, (*blind, *missing, *mounts, *self._remarks())
-        return Health.TRACKING, (*blind, *self._remarks())
+        degraded = _PLANAR & set(self.unobservable) or missing
+        state = Health.DEGRADED if degraded else Health.TRACKING
+        return state, (*blind, *missing, *mounts, *self._remarks())
 
     def _awaited(self) -> str:
         """Return what must be confirmed by driving."""

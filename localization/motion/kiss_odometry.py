@@ -100,7 +100,7 @@ class KissOdometry:
             keypoints = thinned(flat, c.keypoint_spacing)
             aligned = self._aligner.align(keypoints, self._voxels, guess)
             pose = Pose.planar(aligned.position[0], aligned.position[1], aligned.yaw)
-            if _strayed(guess, pose, c):
+            if strayed(guess, pose, c):
                 return KissState(pose=guess), None, None
             covariance = alignment_covariance(flat, c)
             observed = (state.pose.inverse() @ pose, covariance)
@@ -143,7 +143,7 @@ class KissOdometry:
         return replace(state, base=np.array(self._voxels.point_cloud()), layers=())
 
 
-def _strayed(guess: Pose, pose: Pose, config: KissConfig) -> bool:
+def strayed(guess: Pose, pose: Pose, config: KissConfig) -> bool:
     """Return whether an alignment ended farther from its guess than points can find their counterparts."""
     off = guess.inverse() @ pose
     return (

@@ -76,6 +76,8 @@ class State(NamedTuple):
     """The search for the robot."""
     last: LastSweep
     """The last sweep."""
+    agreed: LastSweep
+    """The last sweep until which nothing contradicted the wheels."""
     replaced: ReplacedEstimate | None
     """The estimate that the last placement replaced, while that can be undone."""
     stamp: int
@@ -103,6 +105,7 @@ class State(NamedTuple):
             kiss=KissState(),
             search=RelocalizerState(),
             last=LastSweep(),
+            agreed=LastSweep(),
             replaced=None,
             stamp=0,
             odom_from_base=Pose.identity(),

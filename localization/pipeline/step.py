@@ -373,6 +373,7 @@ def _placed(
         placed=True,
         health=health,
         last=state.last.before(filter_.pose, state.odom_from_base),
+        agreed=state.last.before(filter_.pose, state.odom_from_base),
         replaced=replaced,
         jump=_without_memory(state, r.config),
     )
@@ -398,6 +399,7 @@ def _undone(state: State, config: LocalizerConfig) -> tuple[State, Events]:
         placed=before.placed,
         health=before.health,
         last=state.last.before(filter_.pose, state.odom_from_base),
+        agreed=state.last.before(filter_.pose, state.odom_from_base),
         replaced=None,
         search=state.search.with_pause(),
         jump=_without_memory(state, config),

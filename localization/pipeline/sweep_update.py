@@ -33,7 +33,7 @@ from localization.matching.matchers import MatchSweep
 from localization.matching.registration import share_explained
 from localization.matching.scan_consistency import explanation
 from localization.monitoring.slip_detection import SlipDetector
-from localization.motion.kiss_odometry import ObservedMotion
+from localization.motion.kiss_odometry import ObservedMotion, strayed
 from localization.pipeline.registration_cache import SweepRecord
 from localization.pipeline.resources import Resources
 from localization.pipeline.state import LastSweep, State
@@ -49,7 +49,7 @@ _HARMLESS = 0.05
 """A match from a wider prior may depart by this much in directions that the sweep does not observe [m]."""
 _NEARLY = 0.05
 """With a wider prior at least the same share of the sweep must be explained, but for this much."""
-_TURNS = (-1.0, 1.0, -2.0, 2.0)
+_TURNS = (0.0, -1.0, 1.0, -2.0, 2.0)
 """Headings that are tried for a sweep that does not fit, in sigma of the widest prior: registration finds what
 is half of that away, between walls a few metres off."""
 _WITNESS_GATE = float(chi2.ppf(0.999, 3))
@@ -96,11 +96,9 @@ def corrected_by_sweep(
         filter_ = update_relative(state.filter, before.map_from_base, *observed, _NONE_USED)
         state = state._replace(filter=filter_)
     state = _with_way_since_placement(state, observed, sweep.stamp, config)
-    state = state._replace(
-        filter=mark(state.filter),
-        last=LastSweep(sweep.stamp, state.odom_from_base, state.filter.pose, state.listening.total),
-    )
-    return state, registration
+    last = LastSweep(sweep.stamp, state.odom_from_base, state.filter.pose, state.listening.total)
+    agreed = state.agreed if state.slip.slipping(sweep.stamp) else last
+    return state._replace(filter=mark(state.filter), last=last, agreed=agreed), registration
 
 
 def _observed_motion(
@@ -175,10 +173,12 @@ def _matched(
         refusal = _refusal(match, nis, config)
     least = _least_elsewhere(match, refusal, state, config)
     if least is not None:
-        starts = (filter_.pose, state.filter.pose) if contradicted else (filter_.pose,)
+        starts = _starts(state, filter_, contradicted=contradicted)
         wider = _registered_wider(filter_, record, matcher, share, least, starts, r)
         if wider is not None:
             (filter_, match, nis), refusal = wider, None
+            slip = slip.distrusted(now) if config.sensors.displaced else slip
+            state = _with_kiss_checked(state, observed, match, r)
     with r.stage("ekf"):
         if relative is not None:
             used = match.observable_directions if refusal is None else _NONE_USED
@@ -266,6 +266,29 @@ def _least_elsewhere(
     return None
 
 
+def _starts(state: State, filter_: FilterState, *, contradicted: bool) -> tuple[Pose, ...]:
+    """Return where motion sensors may have led: there headings are tried for a sweep that does not fit.
+
+    Loggers stall: one pose comes for a second, and then all of the motion at once, which scanner and map have seen
+    already. It leads from where the wheels agreed with them last.
+    """
+    starts = (filter_.pose, state.filter.pose) if contradicted else (filter_.pose,)
+    if state.agreed.stamp == state.last.stamp:
+        return starts
+    return (*starts, state.agreed.carried(state.odom_from_base))
+
+
+def _with_kiss_checked(
+    state: State, observed: ObservedMotion | None, match: Match, r: Resources
+) -> State:
+    """Return the state without KISS-ICP's local map if that ends with a sweep which the map shows elsewhere."""
+    if observed is None:
+        return state
+    led = state.last.map_from_base @ observed[0]
+    astray = strayed(led, match.map_from_base, r.config.kiss)
+    return state._replace(kiss=state.kiss.restarted()) if astray else state
+
+
 def _registered_wider(
     filter_: FilterState,
     record: SweepRecord,
@@ -286,15 +309,19 @@ def _registered_wider(
         starts: where motion sensors say that the robot is; the headings around are tried there.
         r: settings.
     """
-    wide = filter_
+    wide, near = filter_, None
     for sigma in r.config.retry_sigma:
         wide = widen(filter_, *sigma)
         match, nis = _registered(wide, replace(record, match=None), matcher, share, r)
         found = match.inlier_ratio >= least and _refusal(match, nis, r.config) is None
         if found and _unobserved_shift(filter_, match) < _HARMLESS:
-            return wide, match, nis
+            near = wide, match, nis
+            break
     fits = r.config.slip_min_inlier_ratio
-    return _registered_turned(wide, record, matcher, share, starts, r) if least < fits else None
+    enough = near is not None and (len(starts) == 1 or near[1].inlier_ratio >= fits)
+    if enough or least >= fits:
+        return near
+    return _registered_turned(wide, record, matcher, share, starts, r) or near
 
 
 def _registered_turned(
@@ -305,7 +332,7 @@ def _registered_turned(
     starts: Sequence[Pose],
     r: Resources,
 ) -> tuple[FilterState, Match, float] | None:
-    """Register a sweep from headings one and two sigma to either side; None if it fits from none.
+    """Register a sweep from several headings at several places; None if it fits from none.
 
     Wheels that no gyro accompanies miss tens of degrees of a quick turn, and between walls that a robot sees
     turned by as much, registration ends at a pose that explains less than half of the sweep.
@@ -318,10 +345,12 @@ def _registered_turned(
         fits = match.inlier_ratio >= r.config.slip_min_inlier_ratio
         if not (fits and len(match.observable_directions)):
             continue
-        nis = match_nis(wide, r.config.ekf, match)
+        # Whether the robot can be there is asked of the place that the heading was tried at.
+        prior = replace(wide, pose=start)
+        nis = match_nis(prior, r.config.ekf, match)
         better = best is None or match.inlier_ratio > best[1].inlier_ratio
         if better and _refusal(match, nis, r.config) is None:
-            best = wide, match, nis
+            best = prior, match, nis
     return best
 
 

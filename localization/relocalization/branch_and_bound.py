@@ -54,8 +54,9 @@ class MapSearchConfig:
     work_per_tick: int = 3_000_000
     """Number of points that are laid over the plan in 20 ms of the readings' time; a refinement counts as
     many (``REFINEMENT``)."""
-    max_work: int = 8_000_000
-    """Largest number of points that are laid over the plan with one reading, however long after the last."""
+    max_work: int = 20_000_000
+    """Largest number of points that are laid over the plan with one reading: some 60 ms of work. Where readings come
+    less often than every 0.13 s, a search takes longer for it."""
     max_blocks: int = 400_000
     """Largest number of blocks that are kept of a level, the best ones: in a map where many places look
     alike, more would hold the search up and decide nothing."""

@@ -115,7 +115,7 @@ RARE: frozenset[str] = frozenset(
         "health.occluded_lost_after",
         "health.occluded_suspect_after",
         "health.recheck_period",
-        "health.settling_sweeps",
+        "health.settling",
         "health.silence",
         "health.trusted_after",
         "hypotheses.drop_margin",

@@ -27,9 +27,10 @@ def feed(
     *,
     inlier_ratio: float = 0.9,
     consistency: ScanConsistency | None = None,
+    elapsed: float = 0.1,
 ) -> HealthMonitor:
     for _ in range(n):
-        monitor = monitor.after_sweep(match(inlier_ratio), HERE, refusal, 0.1, consistency)
+        monitor = monitor.after_sweep(match(inlier_ratio), HERE, refusal, elapsed, consistency)
     return monitor
 
 
@@ -39,8 +40,9 @@ def ask(
     sigma: float = 0.02,
     slipping: bool = False,
     silent: tuple[str, ...] = (),
+    mounts: tuple[str, ...] = (),
 ) -> tuple[Health, tuple[str, ...]]:
-    return monitor.after_prediction(sigma).status(slipping=slipping, silent=silent)
+    return monitor.after_prediction(sigma).status(slipping=slipping, silent=silent, mounts=mounts)
 
 
 def test_good_sweeps_are_tracking_and_need_no_reasons() -> None:
@@ -190,6 +192,13 @@ def test_silent_sensors_are_named_whatever_the_state() -> None:
         assert reasons[-2:] == ("nothing from wheels", "nothing from laser_vertical")
 
 
+def test_doubt_about_a_mount_is_a_note_and_changes_no_state() -> None:
+    doubt = ("laser_horizontal seems mounted about 1.2 degrees off in yaw",)
+    for monitor in (feed(HealthMonitor(), 5), feed(HealthMonitor(), 5, "bad")):
+        assert ask(monitor, mounts=doubt)[0] is ask(monitor)[0]
+    assert ask(feed(HealthMonitor(), 5), mounts=doubt) == (Health.TRACKING, doubt)
+
+
 def test_directions_without_hold_are_named_in_the_robots_words() -> None:
     monitor = HealthMonitor()
     monitor = monitor.after_sweep(match(directions=ALL[1:]), HERE, None, 0.1)
@@ -282,7 +291,10 @@ def test_estimate_that_no_scanner_speaks_to_is_suspect() -> None:
     assert reasons[1:] == ("nothing from a", "nothing from b")
 
 
-def test_break_in_what_is_seen_is_suspect_until_enough_sweeps_fit_and_then_wants_a_check() -> None:
+@pytest.mark.parametrize(("elapsed", "sweeps"), [(0.025, 48), (0.1, 12), (1.5, 3)])
+def test_break_in_what_is_seen_is_suspect_until_sweeps_have_fit_for_a_time_and_then_wants_a_check(
+    elapsed: float, sweeps: int
+) -> None:
     monitor = feed(HealthMonitor(), 5)
     monitor = monitor.after_jump(ScanConsistency(0.5, 0.48, 0.01, 0.01), Change.MOST)
     assert ask(monitor)[0] is Health.TRACKING
@@ -290,8 +302,8 @@ def test_break_in_what_is_seen_is_suspect_until_enough_sweeps_fit_and_then_wants
     reason = "what is seen changed at once: was the robot carried?"
     assert ask(monitor) == (Health.SUSPECT, (reason,))
     checks = []
-    for _ in range(HealthConfig().settling_sweeps):
-        monitor = feed(monitor, 1)
+    for _ in range(sweeps):
+        monitor = feed(monitor, 1, elapsed=elapsed)
         checks.append(monitor.needs_check)
     assert checks == [False] * (len(checks) - 1) + [True]
     assert not feed(monitor, 1).needs_check

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -72,4 +74,27 @@ def test_turn_that_the_wheels_miss_is_seen_in_the_next_scans(
     after = followed.true > seconds[1] + 1.0
     assert followed.turned[after].max() < np.deg2rad(6.0), summary(followed)
     assert followed.off[after].max() < 0.15, summary(followed)
+    assert followed.searched == 0, summary(followed)
+
+
+@pytest.mark.parametrize("turn", [-1.5, 1.5], ids=["right", "left"])
+def test_odometry_that_stalls_in_a_turn_and_then_catches_up_is_not_counted_twice(
+    grid: PreparedMap, turn: float
+) -> None:
+    """Four scans repeat one pose of the odometry, and the next brings all of the turn at once."""
+    drive = Drive(
+        OFFICE, LAP_START, (2.0, 0.4, 0.0), (3.0, 0.3, turn), (4.0, 0.3, 0.0), begin=BEGIN
+    )
+    log = moments(OFFICE, drive, Wheels())
+    stalled = range(29, 37)
+    log = [
+        replace(m, odometry=log[stalled[0]].odometry) if i in stalled else m
+        for i, m in enumerate(log)
+    ]
+    followed = follow(grid, drive, log)
+    # A pose that stalls, or catches up, comes a tenth of a second before the scan that shows what is true of it.
+    assert np.sum(followed.turned > np.deg2rad(12.0)) <= 2, summary(followed)
+    after = followed.true > 3.9
+    assert followed.turned[after].max() < np.deg2rad(3.0), summary(followed)
+    assert followed.off[after].max() < 0.1, summary(followed)
     assert followed.searched == 0, summary(followed)
