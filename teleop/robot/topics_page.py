@@ -10,6 +10,7 @@ from collections.abc import Iterable
 from typing import Any
 
 from teleop.robot.cameras.camera_topics import CAMERA_TOPICS, InfoTopic, PictureTopic
+from teleop.robot.runs.run_interfaces import START, STATE, STOP
 from teleop.robot.topics.arm_topics import (
     ARM_ACTIONS,
     ARM_INFO,
@@ -36,7 +37,9 @@ def markdown() -> str:
     """Return the page."""
     outputs = _outputs(OUTPUTS)
     once = [f"| `{i.name}` | `{i.type}` | once | {i.description} |" for i in LATCHED]
-    answers = [f"| `{i.name}` | `{i.type}` | on events | {i.description} |" for i in ANSWERS]
+    answers = [
+        f"| `{i.name}` | `{i.type}` | on events | {i.description} |" for i in (*ANSWERS, STATE)
+    ]
     lines = [
         "# Topics",
         "",
@@ -77,7 +80,7 @@ def markdown() -> str:
         "",
         "| service | type | effect |",
         "|---|---|---|",
-        *_rows(SERVICES),
+        *_rows((*SERVICES, START, STOP)),
         "",
         "## Actions",
         "",
