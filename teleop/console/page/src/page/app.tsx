@@ -16,6 +16,8 @@ import { LayersPanel, ViewSwitch } from "../panels/layers/layers_panel";
 import { LegendPanel } from "../panels/layers/legend_panel";
 import { StepsPanel } from "../panels/steps/steps_panel";
 import { viewsOf, type Layer } from "../scene/settings";
+import { RunsPanel } from "../panels/runs/runs_panel";
+import { savePicture } from "../runs/runs";
 import { LinkLamp, LinkPanel } from "../panels/link/link_panel";
 import { AboutDialog } from "../panels/session/about_dialog";
 import { SessionPanel } from "../panels/session/session_panel";
@@ -37,6 +39,7 @@ export function App({ parts, canvas }: { readonly parts: PageParts; readonly can
   const layout = useMemo(() => pageLayout(), []).value;
   const { state } = parts;
   const mayDrive = state.session.value?.mayDrive !== false;
+  const replay = parts.replay.shown.value;
   return (
     <div class="page" data-layout={layout} data-drawer={drawer.value ? "open" : "closed"}>
       <Bar parts={parts} layout={layout} drawer={drawer.value} onDrawer={() => { drawer.value = !drawer.value; }} />
@@ -57,7 +60,8 @@ export function App({ parts, canvas }: { readonly parts: PageParts; readonly can
             {mayDrive && <GearSwitch driving={parts.driving} />}
             {layout === "wide" && <Legend parts={parts} />}
           </div>
-          <div class="page-estop"><EstopButton driving={parts.driving} state={parts.state} /></div>
+          {replay !== undefined && <replay.Bar player={replay.player} moments={replay.moments} onBack={() => { location.reload(); }} />}
+          <div class="page-estop" hidden={replay !== undefined}><EstopButton driving={parts.driving} state={parts.state} /></div>
         </div>
       </main>
       <Panels parts={parts} layout={layout} />
@@ -144,6 +148,13 @@ function Panels({ parts, layout }: LaidOut) {
             absent={absentLayers(parts)}
           />
           {layout !== "wide" && <Legend parts={parts} />}
+        </Fold>
+        <Fold title={texts.folds.runs}>
+          <RunsPanel
+            runs={parts.runs} mayRecord={state.session.value?.mayDrive === true}
+            onLook={(file) => { void parts.replay.open(file); }}
+            onPicture={() => { savePicture(parts.scene.workshop.canvas, () => { parts.scene.workshop.draw(); }); }}
+          />
         </Fold>
         <Fold title={texts.folds.session} open={refused}>
           <SessionPanel state={state} commands={{ authenticate: parts.logIn }} onLogout={parts.logOut} />

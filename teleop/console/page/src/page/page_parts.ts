@@ -14,6 +14,7 @@ import { RobotLink } from "../link/robot_link";
 import { closeTopDialog } from "../panels/dialog";
 import { EventLog } from "../panels/events/event_log";
 import type { RobotCommands } from "../robot/robot_commands";
+import { Runs } from "../runs/runs";
 import { unknownState, type LinkStatisticsSignal, type RobotState } from "../robot/robot_state";
 import { browserKeeper, remembered } from "../scene/stored_signals";
 import { Scene } from "../scene/scene";
@@ -22,6 +23,7 @@ import { keepToken, takeToken, type TokenPlaces } from "../session/token";
 import { StepControl } from "../steps/step_control";
 import { alarmTexts } from "../texts/alarms";
 import { bothMotions, loadArm, type LoadedArm } from "./arm_loader";
+import { openDropped, replayLoader, type Replay } from "./replay_loader";
 import { viewHintsFromAbove } from "./hint_view";
 import { watchSurroundings } from "./surroundings";
 import { watchStaleness } from "./stale_picture";
@@ -38,6 +40,8 @@ export interface PageParts {
   readonly driving: Driving;
   readonly hint: HintTool;
   readonly guide: FirstDrive;
+  readonly runs: Runs;
+  readonly replay: Replay;
   readonly steps: StepControl;
   /** What moves the arm, once it has been loaded for a robot that has one. */
   readonly arm: ReadonlySignal<LoadedArm | undefined>;
@@ -86,6 +90,13 @@ export function startParts(address: string, version: string, canvas: HTMLCanvasE
     fetch: (url, init) => fetch(url, init), now: () => performance.now(), document, keeper: browserKeeper(),
     page: location.href, robot, token: () => takeToken(PLACES),
   });
+  const runs = new Runs({
+    wire: link.wire, state, robot, token: () => takeToken(PLACES), fetch: (url, init) => fetch(url, init), events: events.add,
+  });
+  const replay = replayLoader({
+    state, scene, settings, events: events.add, leave: () => { driving.stop(); link.stop(); },
+  });
+  openDropped(document, (file) => replay.open(file));
   const photo = new PhotoControl(commands, robot);
   driving.onEscape = () => closeTopDialog() || hint.escape();
   canvas.addEventListener("click", ({ clientX, clientY }) => {
@@ -107,7 +118,7 @@ export function startParts(address: string, version: string, canvas: HTMLCanvasE
   watchSurroundings(state, () => scene.body);
   link.start();
   return {
-    address, version, state, commands, statistics: link.statistics, scene, settings, driving, hint, guide, steps, arm, camera, photo, alarms,
+    address, version, state, commands, statistics: link.statistics, scene, settings, driving, hint, guide, runs, replay, steps, arm, camera, photo, alarms,
     events, lean,
     setLean: (wanted) => { lean.value = wanted; link.setLean(wanted); },
     logIn: (given) => { keepToken(PLACES, given); commands.authenticate(given); },
