@@ -61,7 +61,7 @@ export function readRun(name: string, file: Uint8Array): Run {
     // A file that was cut off: what came before is shown.
   }
   if (found.messages.length === 0) {
-    throw new Error(replayTexts.empty(name));
+    throw new Error(replayTexts.unreadable(name, replayTexts.empty));
   }
   const messages = found.messages.sort((a, b) => a.at - b.at);
   return { name, length: messages.at(-1)?.at ?? 0, messages, surfaces: found.surfaces };

@@ -21,7 +21,7 @@ export const replayTexts = {
     `${start.replace("T", " ").replace("Z", " UTC")}, ${seconds === undefined ? "cut off" : clock(1000 * seconds)}, ${(bytes / 1e6).toFixed(1)} MB`,
   failed: (why: string): string => `The runs could not be fetched: ${why}.`,
   unreadable: (name: string, why: string): string => `${name} is no run that can be read (${why}): it takes an MCAP file of ROS 2 messages, as Record makes.`,
-  empty: (name: string): string => `${name} holds no messages.`,
+  empty: "it holds no messages",
   bar: "Recorded run",
   watching: (name: string): string => `Recorded run ${name}: nothing here moves the robot.`,
   play: "Play",
