@@ -2,25 +2,20 @@
 
 from __future__ import annotations
 
-import contextlib
-import os
 from collections.abc import Mapping
+from functools import partial
 from pathlib import Path
 from types import TracebackType
-from typing import Final, Self
-
-from mcap.writer import Writer
+from typing import Self
 
 from localization.logs.log_interface import INITIALPOSE, LogError
+from localization.logs.mcap_file import McapFile
 from localization.logs.mcap_records import METADATA_NAME, TF_STATIC
 from localization.logs.motion_messages import WHEEL_RADIUS
 from localization.logs.pose_messages import mounts_message
 from localization.logs.ros_messages import reading_message
 from localization.logs.ros_types import Message, MessageError, definition, to_cdr
 from localization.types import Hint, Inertial, Mounts, Odometry, PointScan, Reading, Scan
-
-_CHUNK_SIZE: Final = 256 * 1024
-"""Size of a chunk before compression [bytes]: a few seconds of readings, which is what a kill may lose."""
 
 
 def topic_of(reading: Reading) -> str:
@@ -65,17 +60,10 @@ class ReadingsWriter:
         self._path = Path(path)
         self._wheel_radius = wheel_radius
         self._last = 0
-        self._channels: dict[str, int] = {}
-        self._schemas: dict[str, int] = {}
-        self._counts: dict[int, int] = {}
-        self._whole = 0
-        self._path.parent.mkdir(parents=True, exist_ok=True)
-        self._file = self._path.open("wb")
-        self._writer = Writer(self._file, chunk_size=_CHUNK_SIZE)
-        self._writer.start(profile="ros2", library="farsteer")
+        self._file = McapFile(self._path)
         # Metadata stands first, not last as usual: a reader needs the radius before the joint velocities.
         notes = {**(metadata or {}), "wheel_radius": repr(wheel_radius)}
-        self._writer.add_metadata(METADATA_NAME, notes)
+        self._file.note(METADATA_NAME, notes)
         self._add(TF_STATIC, mounts_message(mounts), 0)
 
     def __enter__(self) -> Self:
@@ -125,37 +113,12 @@ class ReadingsWriter:
 
     def close(self) -> None:
         """Complete the file; further calls have no effect."""
-        if self._file.closed:
-            return
-        try:
-            self._writer.finish()
-        finally:
-            self._file.close()
+        self._file.close()
 
     def abandon(self) -> None:
         """End the log after a write that failed: what was written before stays readable."""
-        with contextlib.suppress(OSError):
-            self._file.close()  # tries to write the rest once more
-        with contextlib.suppress(OSError):
-            os.truncate(self._path, self._whole)
+        self._file.abandon()
 
     def _add(self, topic: str, message: Message, log_time: int) -> None:
-        channel = self._channel(topic, message.__msgtype__)
-        self._counts[channel] = sequence = self._counts.get(channel, 0) + 1
-        self._writer.add_message(
-            channel, log_time, to_cdr(message), publish_time=log_time, sequence=sequence
-        )
-        self._file.flush()
-        self._whole = self._file.tell()
-
-    def _channel(self, topic: str, message_type: str) -> int:
-        if topic not in self._channels:
-            if message_type not in self._schemas:
-                text = definition(message_type).encode()
-                self._schemas[message_type] = self._writer.register_schema(
-                    message_type, "ros2msg", text
-                )
-            self._channels[topic] = self._writer.register_channel(
-                topic, "cdr", self._schemas[message_type]
-            )
-        return self._channels[topic]
+        kind = message.__msgtype__
+        self._file.add(topic, kind, partial(definition, kind), to_cdr(message), log_time)

@@ -7,12 +7,14 @@ from contextlib import ExitStack, closing
 from pathlib import Path
 from typing import TYPE_CHECKING, Protocol as Interfaces
 
+from teleop import clock
 from teleop.console.page_files import offer_page
 from teleop.link.emulation import EmulatedLinks
 from teleop.robot.arm.arm_fit import ArmFit
 from teleop.robot.audit.audit_log import AuditLog
 from teleop.robot.clients.rosbridge_adapter import RosbridgeAdapter
 from teleop.robot.playground.playground_services import PlaygroundServices
+from teleop.robot.runs.run_book import RunBook
 from teleop.robot.serving.address import Address
 from teleop.robot.serving.serve_config import ServeConfig
 from teleop.robot.serving.server_setup import (
@@ -122,6 +124,17 @@ class Gateway:
                 arm=arm,
             )
             """The robot's topics and services."""
+            self._runs = cleanup.enter_context(
+                closing(
+                    RunBook(
+                        self.server,
+                        config.runs,
+                        stamp=lambda: self._stamp,
+                        date=clock.utc_text,
+                        audit=self._audit,
+                    )
+                )
+            )
             self._cleanup = cleanup.pop_all()
 
         if config.lan and config.tokens is not None:
@@ -134,6 +147,7 @@ class Gateway:
     def offer_files(self, map_file: Path | None, surfaces: bytes | None = None) -> None:
         """Offer the console page, the map if there is a file of it, and its surfaces if given, over HTTP on the same port."""
         offer_map(self.server, map_file)
+        self._runs.surfaces = surfaces
         if surfaces is not None:
             offer_surfaces(self.server, surfaces)
         self.page = offer_page(self.server.pages, encrypted=self.server.encrypted)

@@ -10,6 +10,7 @@ from collections.abc import Iterable
 from typing import Any
 
 from teleop.robot.cameras.camera_topics import CAMERA_TOPICS, InfoTopic, PictureTopic
+from teleop.robot.runs.run_interfaces import START, STATE, STOP
 from teleop.robot.topics.arm_topics import (
     ARM_ACTIONS,
     ARM_INFO,
@@ -38,7 +39,9 @@ def markdown() -> str:
     """Return the page."""
     outputs = _outputs(OUTPUTS)
     once = [f"| `{i.name}` | `{i.type}` | once | {i.description} |" for i in LATCHED]
-    answers = [f"| `{i.name}` | `{i.type}` | on events | {i.description} |" for i in ANSWERS]
+    answers = [
+        f"| `{i.name}` | `{i.type}` | on events | {i.description} |" for i in (*ANSWERS, STATE)
+    ]
     lines = [
         "# Topics",
         "",
@@ -79,7 +82,7 @@ def markdown() -> str:
         "",
         "| service | type | effect |",
         "|---|---|---|",
-        *_rows(SERVICES),
+        *_rows((*SERVICES, START, STOP)),
         "",
         "Only with `farsteer serve --lan`:",
         "",

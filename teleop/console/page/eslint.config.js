@@ -8,7 +8,7 @@ const FLOORS = {
   "": [
     "page",
     "panels | xr",
-    "alarms | arm | camera | guide | hint | steps",
+    "alarms | arm | camera | guide | hint | replay | runs | steps",
     "driving | link | scene | session",
     "robot | texts",
   ],
@@ -16,7 +16,7 @@ const FLOORS = {
   "link": ["message_checks"],
   "panels": [
     "arm | playground | steps",
-    "alarms | attitude | camera | driving | events | guide | hint | layers | link | session",
+    "alarms | attitude | camera | driving | events | guide | hint | layers | link | replay | runs | session",
   ],
 };
 

@@ -78,6 +78,8 @@ class ServeConfig:
     """Offer the camera's pictures by WebRTC too, at /webrtc_viewer and POST /webrtc/offer; see docs/video.md."""
     photos: Path = Path("runs/photos")
     """Folder of the photographs that clients take with the robot's camera."""
+    runs: Path = Path("runs/recorded")
+    """Folder of the runs that clients record, to be looked at again in the console."""
     log_level: Literal["debug", "info", "warning", "error"] = "info"
     """Least important messages that the terminal shows."""
     audit: Path | None = None

@@ -142,7 +142,13 @@ class PacedRobot:
 
 @asynccontextmanager
 async def paced_robot(
-    world: World, cloud: Cloud, cache: Path, *, tokens: Path | None = None, stepper: str = ""
+    world: World,
+    cloud: Cloud,
+    cache: Path,
+    *,
+    tokens: Path | None = None,
+    stepper: str = "",
+    runs: Path = Path("runs/recorded"),
 ) -> AsyncIterator[PacedRobot]:
     """Serve a robot with its page, stepped at the pace of the clock.
 
@@ -152,8 +158,9 @@ async def paced_robot(
         cache: Folder of prepared maps.
         tokens: File of tokens; without one everybody may do everything.
         stepper: Token of the client that steps the robot.
+        runs: Folder of recorded runs.
     """
-    config = ServeConfig(port=0, lockstep=True, tokens=tokens)
+    config = ServeConfig(port=0, lockstep=True, tokens=tokens, runs=runs)
     prepared = prepare(cloud, cache=cache)
     stepped = build_stepped_robot(RobotParts(world), cloud, prepared, config)
     service, simulation = LockstepService(stepped), stepped.robot.simulation

@@ -16,6 +16,8 @@ import { LayersPanel, ViewSwitch } from "../panels/layers/layers_panel";
 import { LegendPanel } from "../panels/layers/legend_panel";
 import { StepsPanel } from "../panels/steps/steps_panel";
 import { viewsOf, type Layer } from "../scene/settings";
+import { RunsPanel } from "../panels/runs/runs_panel";
+import { savePicture } from "../runs/runs";
 import { LinkLamp, LinkPanel } from "../panels/link/link_panel";
 import { AboutDialog } from "../panels/session/about_dialog";
 import { SessionPanel } from "../panels/session/session_panel";
@@ -44,6 +46,7 @@ export function App({ parts, canvas }: { readonly parts: PageParts; readonly can
   const mayDrive = state.session.value?.mayDrive !== false;
   const cameraLarge = parts.camera.large.value && parts.camera.chosen.value?.path !== undefined && parts.camera.pace.value !== "off";
   const hinting = hintFirst(parts);
+  const replay = parts.replay.shown.value;
   return (
     <div class="page" data-hint={hinting ? "open" : "closed"} data-layout={layout} data-drawer={drawer.value ? "open" : "closed"}>
       <Bar parts={parts} layout={layout} about={about} drawer={drawer.value} onDrawer={() => { drawer.value = !drawer.value; }} />
@@ -68,7 +71,8 @@ export function App({ parts, canvas }: { readonly parts: PageParts; readonly can
             {mayDrive && <GearSwitch driving={parts.driving} />}
             {layout === "wide" && !cameraLarge && (hinting || parts.scene.doubtful.value) && <Legend parts={parts} />}
           </div>
-          <div class="page-estop"><EstopButton driving={parts.driving} state={parts.state} /></div>
+          {replay !== undefined && <replay.Bar player={replay.player} moments={replay.moments} onBack={() => { location.reload(); }} />}
+          <div class="page-estop" hidden={replay !== undefined}><EstopButton driving={parts.driving} state={parts.state} /></div>
         </div>
       </main>
       <Panels parts={parts} layout={layout} about={about} />
@@ -176,6 +180,13 @@ function Panels({ parts, layout, about }: LaidOut & { readonly about: Signal<boo
             ages={parts.ages}
           />
           <Legend parts={parts} />
+        </Fold>
+        <Fold title={texts.folds.runs}>
+          <RunsPanel
+            runs={parts.runs} mayRecord={state.session.value?.mayDrive === true}
+            onLook={(file) => { void parts.replay.open(file); }}
+            onPicture={() => { savePicture(parts.scene.workshop.canvas, () => { parts.scene.workshop.draw(); }); }}
+          />
         </Fold>
         <Fold title={texts.folds.session} open={refused}>
           <SessionPanel

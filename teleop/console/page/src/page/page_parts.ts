@@ -16,6 +16,7 @@ import { closeTopDialog } from "../panels/dialog";
 import { EventLog } from "../panels/events/event_log";
 import { Sharing } from "../panels/session/sharing";
 import type { RobotCommands } from "../robot/robot_commands";
+import { Runs } from "../runs/runs";
 import { unknownState, type LinkStatisticsSignal, type RobotState } from "../robot/robot_state";
 import { browserKeeper, remembered } from "../scene/stored_signals";
 import { Scene } from "../scene/scene";
@@ -25,6 +26,7 @@ import { keepToken, takeToken, type TokenPlaces } from "../session/token";
 import { StepControl } from "../steps/step_control";
 import { bothMotions, loadArm, type LoadedArm } from "./arm_loader";
 import { loadHeadset, type HeadsetPart } from "./headset_loader";
+import { openDropped, replayLoader, type Replay } from "./replay_loader";
 import { viewHintsFromAbove } from "./hint_view";
 import { keepAwake, rememberedGear, thumbsOnly } from "./hands";
 import { watchSurroundings } from "./surroundings";
@@ -43,6 +45,8 @@ export interface PageParts {
   readonly driving: Driving;
   readonly hint: HintTool;
   readonly guide: FirstDrive;
+  readonly runs: Runs;
+  readonly replay: Replay;
   readonly steps: StepControl;
   /** What moves the arm, once it has been loaded for a robot that has one. */
   readonly arm: ReadonlySignal<LoadedArm | undefined>;
@@ -106,6 +110,13 @@ export function startParts(address: string, version: string, canvas: HTMLCanvasE
     fetch: (url, init) => fetch(url, init), now: () => performance.now(), document, keeper: browserKeeper(),
     page: location.href, robot, token: () => takeToken(PLACES), lateness: () => link.statistics.peek().pageLag,
   });
+  const runs = new Runs({
+    wire: link.wire, state, robot, token: () => takeToken(PLACES), fetch: (url, init) => fetch(url, init), events: events.add,
+  });
+  const replay = replayLoader({
+    state, scene, settings, events: events.add, leave: () => { driving.stop(); link.stop(); },
+  });
+  openDropped(document, (file) => replay.open(file));
   const photo = new PhotoControl(commands, robot);
   driving.onEscape = () => closeTopDialog() || hint.escape();
   canvas.addEventListener("click", ({ clientX, clientY }) => {
@@ -134,8 +145,8 @@ export function startParts(address: string, version: string, canvas: HTMLCanvasE
   takeOwnToken(link.wire, state, () => name.peek(), (own) => { keepToken(PLACES, own, "lasting"); commands.authenticate(own); });
   link.start();
   return {
-    address, version, state, commands, statistics: link.statistics, scene, settings, driving, hint, guide, steps, arm, camera, photo, alarms, headset,
-    events, lean, ages, wire: link.wire, name, sharing: new Sharing(link.wire),
+    address, version, state, commands, statistics: link.statistics, scene, settings, driving, hint, guide, runs, replay, steps, arm, camera, photo,
+    alarms, headset, events, lean, ages, wire: link.wire, name, sharing: new Sharing(link.wire),
     rename: (wanted) => { name.value = wanted; commands.authenticate(takeToken(PLACES)); },
     setLean: (wanted) => { lean.value = wanted; link.setLean(wanted); },
     logIn: (given) => { keepToken(PLACES, given); commands.authenticate(given); },

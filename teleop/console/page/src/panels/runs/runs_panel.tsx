@@ -1,0 +1,42 @@
+/** Record a run, save the picture, and look at runs: the robot's, or one of a file. */
+
+import { replayTexts as texts } from "../../texts/replay";
+import { saveFile, type RunFacts, type Runs } from "../../runs/runs";
+import { Panel } from "../panel";
+
+interface RunsProps {
+  readonly runs: Runs;
+  readonly mayRecord: boolean;
+  readonly onLook: (file: File) => void;
+  readonly onPicture: () => void;
+}
+
+export function RunsPanel({ runs, mayRecord, onLook, onPicture }: RunsProps) {
+  const [list, recording] = [runs.list.value, runs.recording.value !== ""];
+  const take = (run: RunFacts, use: (file: File) => void): void => {
+    void runs.fetch(run).then((file) => { if (file !== undefined) { use(file); } });
+  };
+  return (
+    <Panel title={texts.title} name="runs">
+      <p class="runs-buttons">
+        {mayRecord && <button type="button" aria-pressed={recording} onClick={() => { void runs.toggle(); }}>{recording ? texts.recording : texts.record}</button>}
+        <button type="button" onClick={onPicture}>{texts.screenshot}</button>
+        <button type="button" onClick={() => { void runs.refresh(); }}>{texts.refresh}</button>
+      </p>
+      {list?.length === 0 && <p>{texts.none}</p>}
+      <ul class="runs-list">
+        {list?.map((run) => (
+          <li key={run.name}>
+            <span>{texts.facts(run.start, run.seconds, run.bytes)}</span>
+            <button type="button" aria-label={texts.open(run.name)} onClick={() => { take(run, onLook); }}>{texts.look}</button>
+            <button type="button" aria-label={texts.save(run.name)} onClick={() => { take(run, (file) => { saveFile(run.name, file); }); }}>{texts.keep}</button>
+          </li>
+        ))}
+      </ul>
+      <label class="runs-file">
+        {texts.file} <input type="file" accept=".mcap" onChange={({ currentTarget: { files } }) => { const file = files?.[0]; if (file !== undefined) { onLook(file); } }} />
+      </label>
+      <p>{texts.drop}</p>
+    </Panel>
+  );
+}

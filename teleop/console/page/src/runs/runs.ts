@@ -1,0 +1,141 @@
+/** The robot's runs: begin and end one, list and fetch them; pictures of the page's own. */
+
+import { signal, type ReadonlySignal } from "@preact/signals";
+import { check, type Field } from "../link/message_checks/field";
+import type { RobotWire } from "../link/robot_wire";
+import type { RobotState } from "../robot/robot_state";
+import { replayTexts as texts } from "../texts/replay";
+import type { Severity } from "../values";
+
+export interface RunFacts {
+  readonly name: string;
+  readonly url: string;
+  readonly start: string;
+  /** Length [s]; undefined of a run that was cut off. */
+  readonly seconds: number | undefined;
+  readonly bytes: number;
+}
+
+export interface RunsParts {
+  readonly wire: Pick<RobotWire, "stream" | "listen" | "trigger">;
+  readonly state: RobotState;
+  /** Address of the robot's files, such as `http://192.168.1.7:9090`. */
+  readonly robot: string;
+  readonly token: () => string;
+  readonly fetch: (url: string, init: RequestInit) => Promise<Response>;
+  readonly events: (severity: Severity, words: string) => void;
+}
+
+export class Runs {
+  readonly #parts: RunsParts;
+  readonly #recording = signal("");
+  readonly #list = signal<readonly RunFacts[] | undefined>(undefined);
+
+  constructor(parts: RunsParts) {
+    this.#parts = parts;
+    const { wire, events } = parts;
+    wire.listen([wire.stream({ topic: "/runs/state", type: "std_msgs/String", latched: true, cbor: true }, {
+      read: (message) => readState(message),
+      use: ({ recording, ended }) => {
+        this.#recording.value = recording;
+        if (ended !== "") {
+          events("warning", ended);
+        }
+      },
+    })]);
+  }
+
+  /** Name of the run that the robot records; empty while it records none. */
+  get recording(): ReadonlySignal<string> {
+    return this.#recording;
+  }
+
+  /** The runs, newest first; undefined until they have been asked for. */
+  get list(): ReadonlySignal<readonly RunFacts[] | undefined> {
+    return this.#list;
+  }
+
+  /** Begin to record, or end it. */
+  async toggle(): Promise<void> {
+    const { wire, events } = this.#parts;
+    const ending = this.#recording.peek() !== "";
+    const { success, message } = await wire.trigger(ending ? "/runs/stop" : "/runs/start");
+    events(success ? "info" : "warning", success && ending ? texts.ended(message) : success ? texts.begun(message) : message);
+    if (success && ending) {
+      await this.refresh();
+    }
+  }
+
+  async refresh(): Promise<void> {
+    const answer = await this.#get("/runs");
+    const runs = answer === undefined ? undefined : check(readRuns, await answer.json().catch(() => undefined));
+    if (runs?.ok === true) {
+      this.#list.value = runs.value;
+    } else if (runs !== undefined) {
+      this.#parts.events("warning", texts.failed(runs.complaint));
+    }
+  }
+
+  /** Fetch a run; undefined if that failed, which the events say. */
+  async fetch(run: RunFacts): Promise<File | undefined> {
+    const answer = await this.#get(run.url);
+    const blob = await answer?.blob().catch(() => undefined);
+    return blob === undefined ? undefined : new File([blob], run.name);
+  }
+
+  async #get(path: string): Promise<Response | undefined> {
+    const { robot, token, fetch, events } = this.#parts;
+    const headers: Record<string, string> = token() === "" ? {} : { Authorization: `Bearer ${token()}` };
+    try {
+      const answer = await fetch(`${robot}${path}`, { headers });
+      if (answer.ok) {
+        return answer;
+      }
+      events("warning", texts.failed(`${answer.status} ${answer.statusText}`));
+    } catch (error) {
+      events("warning", texts.failed(String(error)));
+    }
+    return undefined;
+  }
+}
+
+function readState(message: Field): { readonly recording: string; readonly ended: string } {
+  const text = message.at("data").text(10_000);
+  try {
+    const { recording = "", ended = "" } = JSON.parse(text) as { recording?: unknown; ended?: unknown };
+    return { recording: String(recording), ended: String(ended) };
+  } catch {
+    return message.at("data").fail("is no JSON");
+  }
+}
+
+function readRuns(values: Field): readonly RunFacts[] {
+  return values.at("runs").list(1000).map((run) => ({
+    name: run.at("name").text(),
+    url: run.at("url").text(),
+    start: run.at("start").text(),
+    seconds: run.at("seconds").missing ? undefined : run.at("seconds").within(0, 1e9),
+    bytes: run.at("bytes").within(0, 1e15),
+  }));
+}
+
+/** Give the person a file to keep. */
+export function saveFile(name: string, content: Blob): void {
+  const link = document.createElement("a");
+  link.href = URL.createObjectURL(content);
+  link.download = name;
+  link.click();
+  setTimeout(() => { URL.revokeObjectURL(link.href); }, 60_000);
+}
+
+/** Save the picture as it is drawn next: a canvas keeps none for longer than its frame. */
+export function savePicture(canvas: HTMLCanvasElement, draw: () => void): void {
+  draw();
+  requestAnimationFrame(() => {
+    canvas.toBlob((png) => {
+      if (png !== null) {
+        saveFile(`farsteer-${new Date().toISOString().slice(0, 19).replace(/[-:]/g, "").replace("T", "-")}.png`, png);
+      }
+    }, "image/png");
+  });
+}
