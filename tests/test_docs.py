@@ -375,7 +375,7 @@ def test_make_targets_in_the_documentation_exist(page: str) -> None:
 def test_readme_names_the_targets_that_begin() -> None:
     block = next(b for b in blocks("sh") if b.page == "README.md")
     assert re.findall(r"^make (\w+)", block.text, re.MULTILINE) == [
-        "sim", "serve", "operate", "test",
+        "serve", "sim", "operate", "test",
     ]  # fmt: skip
 
 
