@@ -69,6 +69,8 @@ DEVICE: Final = """
     stick(hand, right, ahead) { device.controllers[hand].updateAxes('thumbstick', right, -ahead); },
     button(hand, name, value) { device.controllers[hand].updateButtonValue(name, value); },
     place(hand, x, y, z) { device.controllers[hand].position.set(x, y, z); },
+    hands() { device.primaryInputMode = 'hand'; },
+    pinch(hand, value) { device.hands[hand].updatePinchValue(value); },
     // Point a hand at a place of the room: its ray goes along -z.
     aim(hand, to) {
       const side = device.primaryInputMode === 'hand' ? device.hands[hand] : device.controllers[hand];
@@ -192,6 +194,15 @@ async def aim(page: Page, hand: str, place: dict[str, float]) -> None:
     """Point a hand at a place of the operator's room [m]."""
     await worn(page, "aim", hand, place)
     await asyncio.sleep(FRAME)
+
+
+async def pinch_key(page: Page, label: str) -> None:
+    """Point at a key of a board with an empty hand, and pinch."""
+    place = await page.evaluate("label => farsteerFigures().headset.keyAt(label) ?? null", label)
+    await aim(page, "right", place)
+    for value in (1, 0):
+        await worn(page, "pinch", "right", value)
+        await asyncio.sleep(FRAME)
 
 
 async def press_key(page: Page, label: str, hand: str = "right", button: str = "trigger") -> None:

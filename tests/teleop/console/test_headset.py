@@ -20,6 +20,7 @@ from tests.teleop.console.conftest import Pages, Served
 from tests.teleop.console.hands import hold_until, says, seen
 from tests.teleop.console.headset_hands import (
     CYCLES,
+    FRAME,
     aim,
     drives,
     enter,
@@ -27,6 +28,7 @@ from tests.teleop.console.headset_hands import (
     grip,
     headset,
     inside,
+    pinch_key,
     tap,
     worn,
 )
@@ -34,13 +36,14 @@ from tests.teleop.console.paced_robot import paced_robot
 from tests.teleop.console.test_accessible import FETCH
 from tests.teleop.console.test_losing_it import BUSY
 from tests.teleop.console.test_restart import front
+from tests.teleop.console.test_whole_way import until
 from tests.teleop.support import in_a_loop
 
 pytestmark = [pytest.mark.process, pytest.mark.slow, pytest.mark.untraced]
 
 SIZE = {"width": 800, "height": 400}
 SLOW = EXPECTED["no frames"]
-"""What the page says instead where a loaded machine draws fewer than six pictures a second."""
+"""What the page says instead where a loaded machine draws fewer than four pictures a second."""
 
 
 @pytest.fixture(scope="module", autouse=True)
@@ -188,6 +191,30 @@ def _encrypted(folder: Path, name: str) -> ServeConfig:
     certificate, key = folder / f"{name}.crt", folder / f"{name}.key"
     ensure_certificate(certificate, key, ["127.0.0.1"])
     return ServeConfig(tls_cert=certificate, tls_key=key)
+
+
+@in_a_loop
+async def test_empty_hand_drives_steps_by_pinching_keys_and_stops_with_the_headset(
+    page_of: Pages, office: World, office_cloud: Cloud, cache: Path
+) -> None:
+    async with (
+        paced_robot(office, office_cloud, cache) as robot,
+        page_of(robot.page, scripts=[headset()], viewport=SIZE) as visit,
+    ):
+        page = visit.page
+        robot.place()
+        await seen(page)
+        await enter(page)
+        await worn(page, "hands")
+        await asyncio.sleep(2 * FRAME)
+        await pinch_key(page, "+ m")
+        await inside(page, lambda it: "Steps of 1 m and 15°" in it["words"])
+        await pinch_key(page, "↑ ahead")
+        await until(lambda: robot.speed > 0.1, "that the step is driven")
+        await page.evaluate("window.worn.device.updateVisibilityState('hidden')")
+        await until(lambda: robot.speed < 0.01, "that the step ends with the headset")
+        gone = robot.simulation.truth().map_from_base.position[0]
+        assert abs(gone - 24.2) < 0.9, "the whole step was driven all the same"
 
 
 @in_a_loop
