@@ -12,6 +12,7 @@ from robot_sim import SkidSteer
 from robot_sim.drive.aria_packets import StandardPacket
 from robot_sim.drive.robot_condition import Condition
 from robot_sim.simulation import Truth
+from teleop.robot.guard.verdict import OFF, GuardVerdict
 from teleop.robot.inbox import InboxMessage, PoseHint
 from teleop.robot.safety.control_state import ControlState
 from teleop.robot.step_results import NO_STEPS, StepReport
@@ -88,6 +89,8 @@ class DriveRecord:
     """The steps that wait, are driven, or have ended."""
     arm: ArmState | None = None
     """The arm; None without one."""
+    guard: GuardVerdict = OFF
+    """What the guard made of the command."""
 
     @property
     def readings(self) -> tuple[Reading, ...]:

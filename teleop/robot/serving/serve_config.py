@@ -67,6 +67,8 @@ class ServeConfig:
     """Age of commands above which the robot drives slower [s]; 0 switches it off, to study delay."""
     max_age: float = 1.0
     """Age of commands above which they are refused, and the robot stops [s]; 0 switches it off."""
+    guard: bool = True
+    """Keep the robot from driving into what its scanners see; see docs/safety.md."""
     link: Annotated[tuple[str, ...], tyro.conf.arg(metavar="NAME=NUMBER ...")] = ()
     """Emulate a slow link: delay, jitter, growth, rate, stall and period, blackout and at, seed; up.delay=0.3 is one way."""
     video_port: int | None = None
