@@ -34,6 +34,9 @@ _FINE: Final = np.array([0.15, 0.1, 0.05, 0.0])
 _SQUEEZE: Final = 0.015
 """Margin at which the robot may still creep out of where it stands too near to something [m]: a sigma of the scanners and
 the drift of odometry within a scan. The nearest of the many points of a wall is two sigma nearer than the wall."""
+_RELEASE: Final = 0.02
+"""What the margin grows by while an obstacle stops the robot [m]: more than the nearest of many returns trembles by from
+scan to scan, so that it does not twitch (navigation2 PR 2982)."""
 _WAYS: Final = np.array([[CREEP, 0.0], [-CREEP, 0.0], [0.0, 0.3], [0.0, -0.3]])
 """Motions by which is said which way is free: forward, backward, left, right."""
 _OLDEST: Final = SECOND
@@ -74,6 +77,7 @@ class Guard:
         self._health: Health | None = None
         self._ways = [True] * 4
         self._turn = 0
+        self._held = False
         self._stall = (-SECOND, -SECOND)
 
     def take(self, readings: Iterable[Reading]) -> None:
@@ -120,13 +124,14 @@ class Guard:
         command = np.array([[asked.linear[0], asked.angular[2]]])
         ways = self._look_around(condition)
         if not command.any():
+            self._held = False
             self._stall = (-SECOND, -SECOND)
             return GuardVerdict(GuardState.FREE, asked, asked, ways=ways)
         scan_age = 0 if senses.horizontal is None else min(max(senses.horizontal, 0), SECOND)
         reaction = self.config.lag + min(max(age, 0), _OLDEST) / SECOND
         motion = to_standstill(self._odometry.speeds, command, self._ramps, reaction)
         forward, turn = command[0].tolist()
-        known = forward < 0.0 and self._odometry.follows_trail(motion.poses[0])
+        known = forward < 0.0 and self._odometry.follows_trail(forward, turn)
         limit = min(
             limits(forward, senses, self.config, known=known), key=lambda x: x.speed, default=None
         )
@@ -138,6 +143,7 @@ class Guard:
             share, near = self._admissible(
                 command, cap, motion, points, reaction, scan_age / SECOND
             )
+        self._held = share == 0.0
         stalled = self._stalled(stamp, condition)
         if share == 1.0:
             return GuardVerdict(GuardState.FREE, asked, asked, ways=ways, disarm=stalled)
@@ -232,8 +238,9 @@ class Guard:
         """
         now = gaps[:, 0, :]
         rim = np.abs(commands[:, 0]) + self.outline.radius * np.abs(commands[:, 1])
-        margin = self.config.margin + self.config.skew * rim
-        squeezed = np.clip(now.min(axis=1), _SQUEEZE, self.config.margin)
+        rest = self.config.margin + (_RELEASE if self._held else 0.0)
+        margin = rest + self.config.skew * rim
+        squeezed = np.clip(now.min(axis=1), _SQUEEZE, rest)
         margin = np.where(rim <= CREEP, squeezed, margin)
         needed = np.broadcast_to(margin[:, None, None], gaps.shape)
         if points.moving.any():

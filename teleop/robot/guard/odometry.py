@@ -78,11 +78,22 @@ class Odometry:
         dx, dy = points[:, 0] - x, points[:, 1] - y
         return np.stack((c * dx + s * dy, c * dy - s * dx), -1)
 
-    def follows_trail(self, poses: FloatArray) -> bool:
-        """Return whether all poses (S, 3) in ``base_link`` lie on the path just driven, within 0.1 m and 15 degrees."""
+    def follows_trail(self, forward: float, turn: float) -> bool:
+        """Return whether the next 0.4 m of the arc of a motion lie on the path just driven, within 0.1 m and 15 degrees.
+
+        Args:
+            forward: Forward speed, not 0 [m/s].
+            turn: Turn rate [rad/s].
+        """
+        along = np.copysign(np.linspace(0.1, 0.4, 4), forward)
+        yaw = np.abs(along) * (turn / max(abs(forward), 1e-6))
+        x, y = (
+            along * np.sinc(yaw / math.pi),
+            along * np.sin(0.5 * yaw) * np.sinc(0.5 * yaw / math.pi),
+        )
         trail = np.array(self._trail)
         xy = self.into_base(trail[:, :2])
-        apart = np.hypot(poses[:, None, 0] - xy[:, 0], poses[:, None, 1] - xy[:, 1])
-        turned = poses[:, None, 2] - (trail[:, 2] - self.pose[2])
+        apart = np.hypot(x[:, None] - xy[:, 0], y[:, None] - xy[:, 1])
+        turned = yaw[:, None] - (trail[:, 2] - self.pose[2])
         turned = np.abs(np.remainder(turned + math.pi, 2.0 * math.pi) - math.pi)
         return bool(((apart < 0.1) & (turned < math.radians(15.0))).any(axis=1).all())
