@@ -148,7 +148,7 @@ def test_drive_that_nothing_limits_has_the_same_bits_without_guard(room: World) 
     ],
     ids=["silent", "all in the blind ring"],
 )
-def test_horizontal_scanner_that_tells_nothing_slows_or_stops(
+def test_horizontal_scanner_that_measures_nothing_slows_or_stops(
     room: World, change: Callable[[Scan], Scan | None], most: float, word: str
 ) -> None:
     """navigation2#4863: a late source stops, and is never ignored."""
