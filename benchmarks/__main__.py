@@ -29,6 +29,7 @@ COMMANDS = {
     "camera": "camera.parts",
     "console": "console.parts",
     "delays": "wire.delays",
+    "guard": "guard.campaign",
     "kafka": "bridges.kafka",
     "localization": "localization.comparison",
     "log": "localization.log_files",

@@ -21,6 +21,7 @@ from teleop.link.emulation import EmulatedLinks
 from teleop.robot.arm.arm_fit import ArmFit
 from teleop.robot.drive import Drive, Stages
 from teleop.robot.gateway import Gateway
+from teleop.robot.guard.guard import Guard
 from teleop.robot.robot import Robot
 from teleop.robot.safety.control_state import SafetyConfig
 from teleop.robot.safety.safety import Safety
@@ -52,6 +53,8 @@ class RobotParts:
     """Timeouts of the command path, and limits on old commands."""
     arm_speed: float = 0.2
     """Largest speed while an arm is off its stow pose [m/s]; 0 for no such limit."""
+    guard: bool = False
+    """Whether it has a guard; without scanners it has none."""
 
     @staticmethod
     def of(world: World, config: ServeConfig) -> RobotParts:
@@ -59,14 +62,17 @@ class RobotParts:
         settings = config.robot.simulation(slip_bursts(config.slip))
         safety = SafetyConfig(stale=config.stale_limits)
         speed = config.robot.arm_speed
-        return RobotParts(world, config.seed, settings, arm_speed=speed, safety=safety)
+        return RobotParts(
+            world, config.seed, settings, arm_speed=speed, safety=safety, guard=config.guard
+        )
 
 
 def build_drive(parts: RobotParts) -> Drive:
     """Return the drive, as control runs it."""
     simulation = _simulation(parts)
     safety = _safety(parts, simulation)
-    return Drive(simulation, safety, arm=_arm(parts, simulation, safety))
+    arm, guard = _arm(parts, simulation, safety), _guard(parts, simulation)
+    return Drive(simulation, safety, arm=arm, guard=guard)
 
 
 def build_stepped_robot(
@@ -106,7 +112,14 @@ def build_stepped_robot(
     simulation = _simulation(parts)
     localizer = Localizer(prepared, simulation.mounts, stage=stage)
     safety = _safety(parts, simulation)
-    robot = Robot(simulation, localizer, safety, arm=_arm(parts, simulation, safety), stage=stage)
+    robot = Robot(
+        simulation,
+        localizer,
+        safety,
+        arm=_arm(parts, simulation, safety),
+        guard=_guard(parts, simulation),
+        stage=stage,
+    )
     stepped: SteppedRobot | None = None
     world, mounts, arm = simulation.world, simulation.mounts, ArmFit.of(parts.world)
     gateway = Gateway(
@@ -136,6 +149,12 @@ def _simulation(parts: RobotParts) -> Simulation:
 
 def _safety(parts: RobotParts, simulation: Simulation) -> Safety:
     return Safety(SpeedLimits.of(simulation.config.drive), parts.safety)
+
+
+def _guard(parts: RobotParts, simulation: Simulation) -> Guard | None:
+    if not (parts.guard and simulation.mounts):
+        return None
+    return Guard(simulation.world.robot, simulation.mounts, simulation.config.drive)
 
 
 def _arm(parts: RobotParts, simulation: Simulation, safety: Safety) -> ArmDrive | None:

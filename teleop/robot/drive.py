@@ -7,10 +7,12 @@ from contextlib import AbstractContextManager, nullcontext
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
-from localization.types import Inertial, Reading
+from localization.types import SECOND, Estimate, Inertial, Reading
 from robot_sim.simulation import Simulation
 from teleop.robot.arm.arm_commands import REPLACED
 from teleop.robot.attitude_filter import AttitudeFilter
+from teleop.robot.guard.guard import Guard
+from teleop.robot.guard.verdict import OFF, GuardVerdict
 from teleop.robot.inbox import (
     ArmWish,
     Ask,
@@ -19,6 +21,7 @@ from teleop.robot.inbox import (
     EStop,
     EStopReset,
     Give,
+    GuardSwitch,
     InboxMessage,
     PoseHint,
     Refuse,
@@ -28,6 +31,8 @@ from teleop.robot.inbox import (
     StepGoal,
     TakeOver,
 )
+from teleop.robot.safety.control_state import ControlMode, ControlState
+from teleop.robot.safety.guard_switch import switch_rejection
 from teleop.robot.safety.safety import Safety
 from teleop.robot.safety.speed_limits import SpeedLimits
 from teleop.robot.step_results import StepOutcome
@@ -51,6 +56,7 @@ class Drive:
         safety: Safety | None = None,
         *,
         arm: ArmDrive | None = None,
+        guard: Guard | None = None,
         stage: Stages = lambda _: nullcontext(),
     ) -> None:
         """Join the parts.
@@ -59,9 +65,11 @@ class Drive:
             simulation: The simulated robot in its world.
             safety: Its command arbitration; by default one with the limits of the simulated drive.
             arm: What drives its arm; None without one.
+            guard: What keeps it from obstacles; None for none.
             stage: Measures the stages of a tick.
         """
         self.simulation, self._stage, self.arm = simulation, stage, arm
+        self.guard = guard
         self.safety = safety or Safety(SpeedLimits.of(simulation.config.drive))
         self.steps = StepQueue(self.safety, simulation.world.robot, simulation.config.drive)
         """Steps that wait or are driven."""
@@ -73,6 +81,8 @@ class Drive:
         """Number of messages of clients that have been taken so far."""
 
         self._attitude = AttitudeFilter()
+        self._attitude_now: Inertial | None = None
+        self._estimated = 0
 
     def tick(
         self, now: int, inbox: Sequence[InboxMessage], pacing: Pacing = NO_PACING
@@ -93,14 +103,17 @@ class Drive:
             return self._paused(now, inbox, rejections, pacing)
         dated = tuple(self._dated(message) for message in inbox)
         self.steps.steer(now, self.simulation.stamp, self.simulation.condition)
-        command = self.safety.command(now)
+        verdict = self._guarded(now)
         if self.arm is not None:
             with self._stage("arm"):
                 self.arm.tick(now)
         with self._stage("simulation"):
-            self.simulation.command(command)
+            self.simulation.command(verdict.twist)
             sensed = self.simulation.step()
         self.steps.take_readings(sensed)
+        if self.guard is not None:
+            with self._stage("guard"):
+                self.guard.take(sensed)
         arm = None
         if self.arm is not None:
             with self._stage("arm"):
@@ -110,7 +123,7 @@ class Drive:
             robot=self.simulation.world.robot,
             inbox=dated,
             sensed=sensed,
-            control=self.safety.state(now),
+            control=_in_force(self.safety.state(now), verdict),
             rejections=rejections,
             truth=self.simulation.truth(),
             condition=self.simulation.condition,
@@ -120,6 +133,7 @@ class Drive:
             pacing=pacing,
             steps=self.steps.report(),
             arm=arm,
+            guard=verdict,
             world_answers=() if self.playground is None else self.playground.answers,
         )
         return self._last
@@ -150,6 +164,19 @@ class Drive:
             paused=True,
         )
 
+    @property
+    def wants_estimate(self) -> bool:
+        """Whether the newest estimate is to be read: for a step, or twice a second for the guard."""
+        guard = self.guard is not None and self.simulation.stamp - self._estimated >= SECOND // 2
+        return guard or self.steps.wants_estimates
+
+    def take_estimate(self, estimate: Estimate) -> None:
+        """Take the newest estimate that came back."""
+        self._estimated = self.simulation.stamp
+        self.steps.take_estimate(estimate)
+        if self.guard is not None:
+            self.guard.take_estimate(estimate)
+
     def server_lost(self, why: str) -> None:
         """Note that what connects the clients has stopped: the robot brakes, and their steps are gone."""
         self.steps.server_lost()
@@ -158,13 +185,43 @@ class Drive:
             self.arm.server_lost()
         self.taken = 0  # the next server has sent nothing yet
 
+    def _guarded(self, now: int) -> GuardVerdict:
+        """Return what the guard makes of the command in force."""
+        asked = self.safety.command(now)
+        if self.guard is None:
+            return replace(OFF, twist=asked, asked=asked)
+        with self._stage("guard"):
+            verdict = self.guard.judge(
+                asked,
+                stamp=self.simulation.stamp,
+                age=self.safety.age(now),
+                driver=self.safety.controller,
+                condition=self.simulation.condition,
+                attitude=self._attitude_now,
+            )
+        if verdict.disarm:
+            self.safety.halt(verdict.disarm)
+            return replace(verdict, twist=self.safety.command(now))
+        return verdict
+
     def _follow_attitude(self, sensed: Sequence[Reading]) -> Inertial | None:
         """Return the newest inertial reading with the attitude, as an inertial unit of its own would."""
         newest = None
         for reading in sensed:
             if isinstance(reading, Inertial):
                 self._attitude, newest = self._attitude.after(reading), reading
-        return None if newest is None else self._attitude.applied(newest)
+        if newest is None:
+            return None
+        self._attitude_now = self._attitude.applied(newest)
+        return self._attitude_now
+
+    def _switch_guard(self, message: GuardSwitch) -> str | None:
+        """Switch the guard off for its driver, or on; return why not, or None."""
+        if self.guard is None:
+            return "this robot has no guard"
+        if (why := switch_rejection(message, self.safety.controller)) is None:
+            self.guard.override("" if message.on else message.client)
+        return why
 
     def _dated(self, message: InboxMessage) -> InboxMessage:
         """Return a hint with the robot's time, at which it applies; any other message as it is."""
@@ -210,6 +267,8 @@ class Drive:
                     if self.arm is not None:
                         self.arm.disconnected(message.client)
                     self.safety.disconnected(message.client)
+                case GuardSwitch():
+                    why = self._switch_guard(message)
                 case StepGoal():
                     self.steps.add(message, now)
                 case StepCancel():
@@ -226,3 +285,11 @@ class Drive:
             if why is not None:
                 rejections.append(Rejection(message.client, why))
         return tuple(rejections)
+
+
+def _in_force(control: ControlState, verdict: GuardVerdict) -> ControlState:
+    """Return the state of the command path with what the guard lets through."""
+    if verdict.factor == 1.0:
+        return control
+    reason = verdict.reason if control.control is ControlMode.ARMED else control.reason
+    return replace(control, twist=verdict.twist, reason=reason)

@@ -100,6 +100,16 @@ class EStopReset:
 
 
 @dataclass(frozen=True, slots=True)
+class GuardSwitch:
+    """The driver switches the guard off for as long as it drives, or on again."""
+
+    client: str
+    """Name of the client."""
+    on: bool
+    """Whether it is to guard."""
+
+
+@dataclass(frozen=True, slots=True)
 class Undo:
     """A client reverts the last accepted hint, or the last pose that a global search set."""
 
@@ -216,6 +226,7 @@ InboxMessage: TypeAlias = (
     | Refuse
     | EStop
     | EStopReset
+    | GuardSwitch
     | Undo
     | Relocalize
     | Disconnected

@@ -10,6 +10,7 @@ from localization.pipeline.localizer import Localizer
 from robot_sim.simulation import Simulation
 from teleop.robot.drive import Drive, Stages
 from teleop.robot.estimation import Estimation
+from teleop.robot.guard.guard import Guard
 from teleop.robot.inbox import InboxMessage
 from teleop.robot.safety.safety import Safety
 from teleop.robot.tick_record import TickRecord
@@ -28,6 +29,7 @@ class Robot:
         safety: Safety | None = None,
         *,
         arm: ArmDrive | None = None,
+        guard: Guard | None = None,
         stage: Stages = lambda _: nullcontext(),
     ) -> None:
         """Join the parts.
@@ -37,9 +39,10 @@ class Robot:
             localizer: Its localiser.
             safety: Its command arbitration; by default one with the limits of the simulated drive.
             arm: What drives its arm; None without one.
+            guard: What keeps it from obstacles; None for none.
             stage: Measures the stages of a tick.
         """
-        self.drive = Drive(simulation, safety, arm=arm, stage=stage)
+        self.drive = Drive(simulation, safety, arm=arm, guard=guard, stage=stage)
         self.estimation = Estimation(localizer)
         self._stage = stage
 
@@ -69,5 +72,5 @@ class Robot:
         with self._stage("localiser"):
             estimated = self.estimation.take(driven)
         if estimated.estimates:
-            self.drive.steps.take_estimate(estimated.estimate)
+            self.drive.take_estimate(estimated.estimate)
         return TickRecord(driven, estimated)

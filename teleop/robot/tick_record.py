@@ -12,6 +12,7 @@ from robot_sim import SkidSteer
 from robot_sim.drive.aria_packets import StandardPacket
 from robot_sim.drive.robot_condition import Condition
 from robot_sim.simulation import Truth
+from teleop.robot.guard.verdict import OFF, GuardVerdict
 from teleop.robot.inbox import InboxMessage, PoseHint
 from teleop.robot.safety.control_state import ControlState
 from teleop.robot.step_results import NO_STEPS, StepReport
@@ -101,6 +102,8 @@ class DriveRecord:
     """The steps that wait, are driven, or have ended."""
     arm: ArmState | None = None
     """The arm; None without one."""
+    guard: GuardVerdict = OFF
+    """What the guard made of the command."""
     world_answers: tuple[WorldAnswer, ...] = ()
     """What the calls of the playground in this tick are answered."""
     paused: bool = False

@@ -8,11 +8,13 @@ from localization.types import SECOND
 from teleop.robot.audit.audit_log import AuditLog
 from teleop.robot.clients.whoami_service import may_drive
 from teleop.robot.clients.wishes import Wishes
+from teleop.robot.guard.verdict import GuardState
 from teleop.robot.inbox import (
     Ask,
     EStop,
     EStopReset,
     Give,
+    GuardSwitch,
     InboxMessage,
     Refuse,
     Relocalize,
@@ -20,6 +22,7 @@ from teleop.robot.inbox import (
     Undo,
 )
 from teleop.robot.safety.estop import estop_after, reset_rejection
+from teleop.robot.safety.guard_switch import switch_rejection
 from teleop.robot.safety.turns import Turn
 from teleop.robot.tick_record import DriveRecord, EstimateRecord
 from teleop.rosbridge.auth.permissions import Role
@@ -54,19 +57,21 @@ class RobotServices:
         self._search_requests: dict[int, int] = {}
         self._estop: EStop | None = None
         self._turn = Turn()
-        self._undoable = self._searching = False
+        self._undoable = self._searching = self._guarded = False
         protocol.services.serve("/teleop/estop", _TRIGGER, self._stop)
         protocol.services.serve("/teleop/estop_reset", _TRIGGER, self._reset)
         protocol.services.serve("/teleop/take_over", _TRIGGER, self._take_over)
         protocol.services.serve("/teleop/ask", _TRIGGER, self._ask)
         protocol.services.serve("/teleop/give", _TRIGGER, self._give)
         protocol.services.serve("/teleop/refuse", _TRIGGER, self._refuse)
+        protocol.services.serve("/teleop/guard_switch", "std_srvs/srv/SetBool", self._guard)
         protocol.services.serve("/localization/undo", _TRIGGER, self._undo)
         protocol.services.serve("/localization/relocalize", _TRIGGER, self._relocalize)
 
     def driven(self, tick: DriveRecord) -> None:
         """Note the state of the command path."""
         self._estop, self._turn = tick.control.estop, tick.control.turn
+        self._guarded = tick.guard.state is not GuardState.OFF
 
     def estimated(self, tick: EstimateRecord) -> None:
         """Note what the localiser can do."""
@@ -139,6 +144,21 @@ class RobotServices:
             return {"success": False, "message": rejection}
         self._post(message)
         return {"success": True, "message": answer}
+
+    def _guard(self, client: int, request: dict[str, Any], now: int) -> dict[str, Any]:
+        message = GuardSwitch(self._connections.name(client), request["data"])
+        driver = self._turn.after(self._wishes.outstanding()).controller
+        rejection = switch_rejection(message, driver)
+        if not self._guarded:
+            rejection = "this robot has no guard"
+        elif not may_drive(self._connections.access(client)):
+            rejection = "the caller may not drive; connect with a token that may"
+        self._record(message.client, f"guard {'on' if message.on else 'off'}", rejection)
+        if rejection is not None:
+            return {"success": False, "message": rejection}
+        self._post(message)
+        answer = "on" if message.on else "off until your lease ends; everybody sees it"
+        return {"success": True, "message": f"the guard is {answer}"}
 
     def _undo(self, client: int, request: dict[str, Any], now: int) -> dict[str, Any]:
         name, rejection = self._connections.name(client), None

@@ -204,11 +204,11 @@ class ControlProcess:
                     self._publish(payload)
                 elif isinstance(value := unpack(payload), Exception):
                     _LOG.error("the localiser failed: %s", value)
-            # Estimates are passed on unread, unless a step is measured by them.
-            if newest is not None and self._drive.steps.wants_estimates:
+            # Estimates are passed on unread, unless a step is measured by them or the guard has not read any for long.
+            if newest is not None and self._drive.wants_estimate:
                 record: EstimateRecord = unpack(newest)
                 if record.estimates:
-                    self._drive.steps.take_estimate(record.estimate)
+                    self._drive.take_estimate(record.estimate)
         except ChannelClosedError:
             self._restart_estimator()
 

@@ -254,6 +254,14 @@ class Safety:
         self.expire(now)
         return self._in_force()
 
+    def age(self, now: int) -> int:
+        """Return the age of the driver's command, with its way to the robot [ns]; 0 if there is no driver."""
+        return now - self._arrival + self._age if self._controller else 0
+
+    def halt(self, reason: str) -> None:
+        """Stop the robot; the driver keeps the lease and must send a neutral stick."""
+        self._disarm(reason)
+
     def state(self, now: int) -> ControlState:
         """Return the state of the command path."""
         self.expire(now)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import asdict
+
 from localization.logs.ros_stamps import stamp_to_dict
 from teleop.robot.safety.control_state import ControlMode
 from teleop.robot.tick_record import DriveRecord
@@ -33,5 +35,33 @@ def teleop_state(tick: DriveRecord) -> Messages:
             "asking": state.asking.number if state.asking else 0,
             "asking_name": state.asking.client if state.asking else "",
             "asking_age": state.asking_age / 1e9,
+            "guard": tick.guard.state.value,
+            "guard_factor": tick.guard.factor,
+            "guard_reason": tick.guard.reason,
+            "guard_overridden_by": tick.guard.overridden_by,
+        },
+    )
+
+
+def guard(tick: DriveRecord) -> Messages:
+    """Return what the guard made of the driver's command."""
+    verdict, near = tick.guard, tick.guard.near
+    swept = () if verdict.swept is None else verdict.swept.tolist()
+    return (
+        {
+            "header": header(tick.stamp, "base_link"),
+            "state": verdict.state.value,
+            "factor": verdict.factor,
+            "reason": verdict.reason,
+            "asked_linear": float(verdict.asked.linear[0]),
+            "asked_angular": float(verdict.asked.angular[2]),
+            "speed_limit": verdict.speed_limit,
+            "has_point": near is not None,
+            "point": {"x": near.x if near else 0.0, "y": near.y if near else 0.0, "z": 0.0},
+            "source": near.source if near else "",
+            "distance": near.distance if near else 0.0,
+            **asdict(verdict.ways),
+            "outline": {"points": [{"x": x, "y": y, "z": 0.0} for x, y in swept]},
+            "overridden_by": verdict.overridden_by,
         },
     )

@@ -67,6 +67,13 @@ DRIVE_OUTPUTS: tuple[Topic[DriveRecord], ...] = (
         "the driver, and the command in force",
     ),
     Topic(
+        "/teleop/guard",
+        "farsteer_msgs/msg/Guard",
+        5,
+        control.guard,
+        "what the guard makes of the driver's command, and why; which way is free",
+    ),
+    Topic(
         "/bumper_state",
         "farsteer_msgs/msg/BumperState",
         1,
@@ -263,6 +270,11 @@ SERVICES: tuple[Interface, ...] = (
         "/teleop/give", "std_srvs/srv/Trigger", "driver only: give the robot to the one who asks"
     ),
     Interface("/teleop/refuse", "std_srvs/srv/Trigger", "driver only: refuse the one who asks"),
+    Interface(
+        "/teleop/guard_switch",
+        "std_srvs/srv/SetBool",
+        "driver only: false switches the guard off until the lease ends; true, by anybody who may drive, on",
+    ),
     Interface(
         "/teleop/disconnect_client",
         "farsteer_msgs/srv/DisconnectClient",

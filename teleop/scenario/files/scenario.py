@@ -84,6 +84,8 @@ class WorldSettings:
     stale_limits: bool = True
     """Whether the robot slows down for commands that are more than 0.5 s old when they arrive, and refuses those
     that are more than 1 s old."""
+    guard: bool = False
+    """Whether the robot keeps from driving into what its scanners see."""
 
 
 @dataclass(frozen=True, slots=True, config=STRICT)

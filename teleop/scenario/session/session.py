@@ -97,6 +97,7 @@ class Session:
             start_pose(world, scenario.start),
             _safety_config(scenario),
             arm_speed=scenario.world.arm_speed,
+            guard=scenario.world.guard,
         )
         self.stepped = build_stepped_robot(
             parts,

@@ -1,0 +1,1 @@
+"""Driving with and without the guard."""

@@ -1,0 +1,1 @@
+"""The guard: what keeps the robot from driving into what its scanners see, and says why."""

@@ -1,0 +1,99 @@
+"""Where the robot was in the last second, by its wheels and its gyro: what carries points from scan to scan."""
+
+from __future__ import annotations
+
+import math
+from collections import deque
+from typing import Final
+
+import numpy as np
+
+from localization.geometry import FloatArray
+from localization.types import SECOND, Inertial, Reading, WheelSpeeds
+from robot_sim import SkidSteer
+
+_KEPT: Final = SECOND
+"""Time for which poses are kept [ns]; a sweep of the slowest scanner takes 0.1 s."""
+_TRAIL: Final = 3.0
+"""Length of the path just driven that is kept [m]: chosen, several times the robot's length."""
+_STRIDE: Final = 0.05
+"""Distance between two poses of it [m], and angle times 0.3 m."""
+
+
+class Odometry:
+    """Owns the pose in a plane of its own; the wheels say how far, the gyro by how much it turns."""
+
+    def __init__(self, robot: SkidSteer) -> None:
+        self._track = robot.effective_track
+        self.pose = (0.0, 0.0, 0.0)
+        """x, y [m] and yaw [rad]."""
+        self.speeds = (0.0, 0.0)
+        """Forward speed [m/s] and turn rate [rad/s]."""
+        self._poses: deque[tuple[int, float, float, float]] = deque([(0, 0.0, 0.0, 0.0)])
+        self._gyro_stamp = -SECOND
+        self._trail: deque[tuple[float, float, float]] = deque([self.pose])
+        self._wheel_stamp = 0
+
+    def add(self, reading: Reading) -> None:
+        """Add a reading of wheels or gyro; others are ignored."""
+        x, y, yaw = self.pose
+        if isinstance(reading, Inertial):
+            rate = float(reading.angular_velocity[2])
+            dt = (reading.stamp - self._gyro_stamp) / SECOND
+            self._gyro_stamp = reading.stamp
+            if 0.0 < dt < 0.5 and math.isfinite(rate):
+                yaw += rate * dt
+                self.speeds = (self.speeds[0], rate)
+        elif isinstance(reading, WheelSpeeds):
+            dt = (reading.stamp - self._wheel_stamp) / SECOND
+            self._wheel_stamp = reading.stamp
+            forward = 0.5 * (reading.left + reading.right)
+            turn = (reading.right - reading.left) / self._track
+            x, y = x + forward * dt * math.cos(yaw), y + forward * dt * math.sin(yaw)
+            if reading.stamp - self._gyro_stamp > _KEPT // 2:  # no gyro: the wheels must do
+                yaw += turn * dt
+                self.speeds = (forward, turn)
+            self.speeds = (forward, self.speeds[1])
+        else:
+            return
+        self.pose = (x, y, yaw)
+        self._poses.append((reading.stamp, x, y, yaw))
+        while self._poses[0][0] < reading.stamp - _KEPT:
+            self._poses.popleft()
+        last = self._trail[-1]
+        if math.hypot(x - last[0], y - last[1]) + 0.3 * abs(yaw - last[2]) > _STRIDE:
+            self._trail.append(self.pose)
+            if len(self._trail) > round(_TRAIL / _STRIDE):
+                self._trail.popleft()
+
+    def at(self, stamps: FloatArray) -> FloatArray:
+        """Return the poses (N, 3) at times (N,) of the last second [ns]."""
+        known = np.array(self._poses)
+        return np.stack([np.interp(stamps, known[:, 0], known[:, i]) for i in (1, 2, 3)], -1)
+
+    def into_base(self, points: FloatArray) -> FloatArray:
+        """Return points (N, 2) of the plane in ``base_link`` now."""
+        x, y, yaw = self.pose
+        c, s = math.cos(yaw), math.sin(yaw)
+        dx, dy = points[:, 0] - x, points[:, 1] - y
+        return np.stack((c * dx + s * dy, c * dy - s * dx), -1)
+
+    def follows_trail(self, forward: float, turn: float) -> bool:
+        """Return whether the next 0.4 m of the arc of a motion lie on the path just driven, within 0.1 m and 15 degrees.
+
+        Args:
+            forward: Forward speed, not 0 [m/s].
+            turn: Turn rate [rad/s].
+        """
+        along = np.copysign(np.linspace(0.1, 0.4, 4), forward)
+        yaw = np.abs(along) * (turn / max(abs(forward), 1e-6))
+        x, y = (
+            along * np.sinc(yaw / math.pi),
+            along * np.sin(0.5 * yaw) * np.sinc(0.5 * yaw / math.pi),
+        )
+        trail = np.array(self._trail)
+        xy = self.into_base(trail[:, :2])
+        apart = np.hypot(x[:, None] - xy[:, 0], y[:, None] - xy[:, 1])
+        turned = yaw[:, None] - (trail[:, 2] - self.pose[2])
+        turned = np.abs(np.remainder(turned + math.pi, 2.0 * math.pi) - math.pi)
+        return bool(((apart < 0.1) & (turned < math.radians(15.0))).any(axis=1).all())

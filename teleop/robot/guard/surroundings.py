@@ -1,0 +1,220 @@
+"""What the scanners have seen around the robot, kept for as long as nothing shows that it is gone."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+
+from localization.geometry import FloatArray
+from localization.types import Pose, Scan
+from teleop.robot.guard.odometry import Odometry
+
+_REACH: Final = 3.0
+"""Distance from the robot beyond which points are forgotten [m]: at 0.7 m/s, with commands a second old and a person
+who comes on at 1.6 m/s, what matters ends at 3 m."""
+_SEEN_THROUGH: Final = 0.1
+"""A point is gone once a beam passes it by so much [m]: eight sigma, and the step between two beams at a slanting wall."""
+_MISSES: Final = 3
+"""Beams without return that a point survives, less one: dark things and glass answer now and then, and a scanner that
+sees nothing at all has failed more often than the world has vanished (mowglinext#198)."""
+_NEW: Final = 0.25
+"""A point is taken to move if the scan before saw so far beyond it [m]: at 10 Hz a walker takes 0.16 m."""
+_STRIP: Final = 0.05
+"""Half the width of the plane that the vertical scanner renews [m]: what the robot drives in a tick, and its noise."""
+_ASIDE: Final = 1.2
+"""Distance to the side up to which the vertical scanner's returns count [m]: from there a tilt of 3 degrees lets the floor
+look as high as the chassis' underside."""
+_FLOOR: Final = 0.05
+"""By so much the floor may rise per metre to the side without being an obstacle: that tilt, on its way."""
+_GRID: Final = 0.03
+"""Points of one cell count once [m]."""
+_BLIND_RUN: Final = 3
+"""Adjacent beams that must measure something nearer than they can: one alone may be a fault."""
+
+HORIZONTAL: Final = 0
+"""Number of the horizontal scanner among the sources of points."""
+VERTICAL: Final = 1
+"""Number of the vertical one."""
+MEMORY: Final = 2
+"""Number of what neither sees now."""
+SOURCES: Final = ("laser_horizontal", "laser_vertical", "memory")
+"""Names of the sources."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Points:
+    """Points around the robot."""
+
+    xy: FloatArray
+    """(N, 2) in ``base_link`` [m]."""
+    sources: FloatArray
+    """(N,) numbers of what knows them."""
+    moving: FloatArray
+    """(N,) whether they have just come to where there was nothing."""
+
+
+class Surroundings:
+    """Owns the points.
+
+    Columns are x, y [m] in the plane of the odometry, source, misses, whether it moves, and whether the horizontal
+    scanner can see it.
+    """
+
+    def __init__(self, mounts: Mapping[str, Pose], heights: tuple[float, float]) -> None:
+        """Begin without any.
+
+        Args:
+            mounts: ``base_from_scanner`` of each scanner.
+            heights: Underside and top of the robot [m]: what is lower is driven over, what is higher passes above.
+        """
+        self._mounts, self._heights = mounts, heights
+        self._points = np.zeros((0, 6))
+        self._last: tuple[FloatArray, Scan] | None = None
+        self.heard: dict[str, int] = {}
+        """End of the newest scan of each scanner [ns]."""
+        self.blinded = False
+        """Whether something nearer than the horizontal scanner can measure stands around the robot."""
+
+    def add(self, scan: Scan, odometry: Odometry) -> None:
+        """Take a scan; each beam from where the robot was at its time."""
+        mount = self._mounts[scan.scanner]
+        stamps = scan.stamp + scan.offsets
+        self.heard[scan.scanner] = int(stamps[-1]) if len(stamps) else scan.stamp
+        poses = odometry.at(stamps.astype(float))
+        if mount.rotation[2, 2] > 0.9:
+            self._take_horizontal(scan, mount, poses)
+        else:
+            self._take_vertical(scan, mount, poses, odometry)
+        x, y, _ = odometry.pose
+        away = np.hypot(self._points[:, 0] - x, self._points[:, 1] - y)
+        # What only the vertical scanner can see it never sees through: people leave trails in it, which end here.
+        near = away < np.where(self._points[:, 5] > 0.0, _REACH, _ASIDE)
+        self._points = self._points[near]
+
+    def within(self, radius: float, odometry: Odometry) -> Points:
+        """Return the points within a distance of ``base_link`` [m]."""
+        xy = odometry.into_base(self._points[:, :2])
+        near = np.einsum("ij,ij->i", xy, xy) < radius * radius
+        known = self._points[near]
+        return Points(xy[near], known[:, 2], known[:, 4] > 0.0)
+
+    def _take_horizontal(self, scan: Scan, mount: Pose, poses: FloatArray) -> None:
+        points = _points(scan, mount)
+        hit = np.isfinite(scan.ranges) & (scan.ranges < _REACH + 1.0)
+        seen = _planar(points[hit], poses[hit])
+        moving = np.zeros(len(seen))
+        if self._last is not None:
+            moving = self._come(seen)
+        kept = self._points
+        if len(kept) and len(scan.ranges) > 1:
+            kept = self._outlived(scan, mount, poses)
+        fresh = np.stack(
+            (*seen.T, *np.full((2, len(seen)), ((HORIZONTAL,), (0,))), moving, np.ones(len(seen))),
+            -1,
+        )
+        self._points = np.concatenate((_thinned(fresh), kept))
+        self._last = (_sensor_poses(mount, poses), scan)
+        self.blinded = self._meets_blind_ring(scan)
+
+    def _outlived(self, scan: Scan, mount: Pose, poses: FloatArray) -> FloatArray:
+        """Return the points that the scan does not renew, and does not see through."""
+        kept, scanners = self._points.copy(), _sensor_poses(mount, poses)
+        beam, away = _beams(kept[:, :2], scanners, scan)
+        inside = (beam >= 0) & (beam < len(scan.ranges))
+        measured = scan.ranges[np.clip(beam, 0, len(scan.ranges) - 1)]
+        # What is lower or higher than the plane cannot be seen through by it.
+        inside &= kept[:, 5] > 0.0
+        passed = inside & np.isfinite(measured) & (measured > away - _SEEN_THROUGH)
+        unanswered = inside & np.isposinf(measured)
+        kept[unanswered, 3] += 1.0
+        gone = passed | (kept[:, 3] >= _MISSES)
+        kept[:, 4] = 0.0
+        kept[kept[:, 5] > 0.0, 2] = MEMORY
+        return _thinned(kept[~gone])
+
+    def _come(self, seen: FloatArray) -> FloatArray:
+        """Return which points (N, 2) stand where the last scan saw further."""
+        assert self._last is not None
+        scanners, last = self._last
+        beam, away = _beams(seen, scanners, last)
+        n = len(last.ranges)
+        # What stood beside an edge is no news: the nearest of five beams must have passed.
+        around = np.clip(beam[:, None] + np.arange(-2, 3), 0, n - 1)
+        before = np.nan_to_num(last.ranges[around], nan=0.0, posinf=last.range_max).min(axis=1)
+        come: FloatArray = ((before > away + _NEW) & (beam >= 0) & (beam < n)).astype(float)
+        return come
+
+    def _meets_blind_ring(self, scan: Scan) -> bool:
+        mute = np.isnan(scan.ranges).astype(int)
+        return bool(len(mute) and np.convolve(mute, np.ones(_BLIND_RUN, int)).max() >= _BLIND_RUN)
+
+    def _take_vertical(
+        self, scan: Scan, mount: Pose, poses: FloatArray, odometry: Odometry
+    ) -> None:
+        points = _points(scan, mount)
+        aside, z = np.abs(points[:, 1]), points[:, 2]
+        low, high = self._heights
+        hit = (aside < _ASIDE) & (z > low + _FLOOR * aside) & (z < high)
+        seen = _planar(points[hit], poses[hit])
+        level = next(
+            (m.position[2] for m in self._mounts.values() if m.rotation[2, 2] > 0.9), math.inf
+        )
+        crossed = np.abs(points[hit, 2] - level) < 0.1
+        here = odometry.into_base(self._points[:, :2])
+        renewed = np.abs(here[:, 0] - mount.position[0]) < _STRIP
+        renewed &= (self._points[:, 2] == VERTICAL) & (np.abs(here[:, 1]) < _ASIDE)
+        fresh = np.stack(
+            (*seen.T, *np.full((3, len(seen)), ((VERTICAL,), (0,), (0,))), crossed), -1
+        )
+        self._points = np.concatenate((_thinned(fresh), self._points[~renewed]))
+
+
+def _points(scan: Scan, mount: Pose) -> FloatArray:
+    """Return the beams' ends (N, 3) in ``base_link`` at the time of each [m]; NaN without return."""
+    ranges = np.where(np.isfinite(scan.ranges), scan.ranges, np.nan)
+    flat = np.stack((ranges * np.cos(scan.angles), ranges * np.sin(scan.angles)), -1)
+    ends: FloatArray = flat @ mount.rotation[:, :2].T + mount.position
+    return ends
+
+
+def _planar(points: FloatArray, poses: FloatArray) -> FloatArray:
+    """Return points (N, 3) of ``base_link`` at poses (N, 3) in the plane of these (N, 2)."""
+    c, s = np.cos(poses[:, 2]), np.sin(poses[:, 2])
+    x, y = points[:, 0], points[:, 1]
+    return np.stack((poses[:, 0] + c * x - s * y, poses[:, 1] + s * x + c * y), -1)
+
+
+def _sensor_poses(mount: Pose, poses: FloatArray) -> FloatArray:
+    """Return the poses (N, 3) of a level scanner at poses of ``base_link`` (N, 3)."""
+    origin = _planar(np.broadcast_to(mount.position, poses.shape), poses)
+    yaw = math.atan2(mount.rotation[1, 0], mount.rotation[0, 0])
+    return np.column_stack((origin, poses[:, 2] + yaw))
+
+
+def _beams(xy: FloatArray, scanners: FloatArray, scan: Scan) -> tuple[FloatArray, FloatArray]:
+    """Return number (N,) and length (N,) [m] of the beams that pass points (N, 2); numbers outside the fan as they are."""
+    n, first = len(scan.ranges), float(scan.angles[0])
+    step = (float(scan.angles[-1]) - first) / (n - 1)
+    beam = np.full(len(xy), n // 2)
+    for _ in range(2):  # the pose depends on the beam, and the beam on the pose
+        pose = scanners[np.clip(beam, 0, n - 1)]
+        dx, dy = xy[:, 0] - pose[:, 0], xy[:, 1] - pose[:, 1]
+        bearing = np.arctan2(dy, dx) - pose[:, 2]
+        bearing = np.remainder(bearing + math.pi, 2.0 * math.pi) - math.pi
+        beam = np.rint((bearing - first) / step).astype(int)
+    return beam, np.hypot(dx, dy)
+
+
+def _thinned(points: FloatArray) -> FloatArray:
+    """Return one point of each cell and kind."""
+    if len(points) < 2:
+        return points
+    cells = np.rint(points[:, :2] / _GRID).astype(np.int64)
+    _, first = np.unique(
+        (cells[:, 0] << 32) + (cells[:, 1] << 1) + (points[:, 5] > 0.0), return_index=True
+    )
+    return points[np.sort(first)]

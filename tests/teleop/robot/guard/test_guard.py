@@ -1,0 +1,231 @@
+"""The guard: never into what is seen, never trapped, and nothing changes while nothing limits."""
+
+from __future__ import annotations
+
+import hashlib
+import math
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+
+from localization.types import Estimate, Health, Pose, Reading, Scan, Twist
+from robot_sim import World
+from teleop.robot.drive import Drive
+from teleop.robot.guard.guard import Guard
+from teleop.robot.guard.outline import Outline
+from teleop.robot.guard.settings import CREEP
+from teleop.robot.guard.verdict import GuardState
+from teleop.robot.inbox import GuardSwitch, TakeOver
+from teleop.robot.tick_record import DriveRecord
+from tests.teleop.robot.guard.support import blank, hold, robot_in, room_with, touched
+
+PILLAR = '[[furniture]]\ntype = "box"\nat = [4.0, 4.0]\nsize = [0.4, 0.4, 1.0]\n'
+LEG = '[[furniture]]\ntype = "box"\nat = [4.0, 4.0]\nsize = [0.04, 0.04, 1.0]\n'
+NARROW = """
+[[wall]]
+name = "door"
+from = [5.0, 0.0]
+to = [5.0, 8.0]
+thickness = 0.1
+doors = [{ at = 4.0, width = 0.75, height = 2.0 }]
+"""
+CORRIDOR = """
+[[wall]]
+name = "left"
+from = [2.0, 4.5]
+to = [8.0, 4.5]
+thickness = 0.1
+[[wall]]
+name = "right"
+from = [2.0, 3.5]
+to = [8.0, 3.5]
+thickness = 0.1
+"""
+
+
+def position(record: DriveRecord) -> np.ndarray:
+    place: np.ndarray = record.truth.map_from_base.position
+    return place
+
+
+@pytest.mark.parametrize("speed", [0.1, 0.4, 0.7])
+@pytest.mark.parametrize("yaw", [0.0, 0.5])
+def test_robot_that_is_driven_at_a_wall_stops_short_of_it(
+    room: World, speed: float, yaw: float
+) -> None:
+    records = hold(robot_in(room, 8.6, 4.0, yaw), speed, 0.0, 14.0 if speed < 0.2 else 4.0)
+    assert not touched(records)
+    assert records[-1].guard.state is GuardState.STOPPED
+    corner = 0.254 * math.cos(yaw) + 0.2345 * math.sin(yaw)
+    assert 0.0 < 10.0 - position(records[-1])[0] - corner < 0.12
+
+
+def test_same_drive_without_guard_touches_the_wall(room: World) -> None:
+    assert touched(hold(robot_in(room, 8.6, 4.0, guarded=False), 0.7, 0.0, 4.0))
+
+
+@pytest.mark.parametrize("obstacle", [PILLAR, LEG], ids=["box", "thin leg"])
+@pytest.mark.parametrize(("forward", "turn"), [(0.7, 0.35), (0.5, 0.5), (0.7, -0.3)])
+def test_arc_that_ends_in_an_obstacle_is_cut_short(
+    obstacle: str, forward: float, turn: float
+) -> None:
+    """A bent path (navigation2#5254), and a thin leg, of which nav2's min_points would make nothing."""
+    radius = forward / turn
+    angle = 1.4 / abs(radius)
+    x = 4.0 - abs(radius) * math.sin(angle)
+    y = 4.0 - math.copysign(abs(radius) * (1.0 - math.cos(angle)), turn)
+    drive = robot_in(room_with(obstacle), x, y)
+    records = hold(drive, forward, turn, 5.0)
+    assert not touched(records)
+    assert any(r.guard.state is not GuardState.FREE for r in records)
+
+
+def test_turn_on_the_spot_stops_before_a_corner_swings_into_a_wall(room: World) -> None:
+    """navigation2#3171: pure rotation."""
+    records = hold(robot_in(room, 4.0, 0.30), 0.0, 0.8, 4.0)
+    assert not touched(records)
+    assert records[-1].guard.state is GuardState.STOPPED
+
+
+def test_robot_before_a_wall_backs_out_and_turns_away(room: World) -> None:
+    """navigation2#3313, #4355: who stands too near to something already is not trapped by it."""
+    drive = robot_in(room, 9.72, 4.0)
+    assert not hold(drive, 0.3, 0.0, 0.5)[-1].guard.twist.linear.any()
+    out = hold(drive, -0.3, 0.0, 3.0)
+    assert not touched(out)
+    assert position(out[0])[0] - position(out[-1])[0] > 0.3
+    turned = hold(drive, 0.0, 0.8, 3.0)
+    assert all(record.guard.factor > 0.0 for record in turned[1:])
+
+
+def test_robot_that_came_forward_backs_out_at_full_speed_only_as_it_came(room: World) -> None:
+    drive = robot_in(room, 3.0, 4.0)
+    hold(drive, 0.6, 0.0, 2.0)
+    hold(drive, 0.0, 0.0, 1.0)
+    assert hold(drive, -0.5, 0.0, 0.5)[-1].guard.factor == 1.0
+    bent = hold(drive, -0.5, 0.8, 1.5)[-1].guard
+    assert bent.factor * 0.5 <= CREEP
+    assert "sees nothing" in bent.reason
+
+
+@pytest.mark.parametrize(
+    ("world", "end"), [(NARROW, 6.0), (CORRIDOR, 8.0)], ids=["door", "corridor"]
+)
+def test_doorway_of_75_cm_and_corridor_of_90_cm_are_driven_through(world: str, end: float) -> None:
+    drive = robot_in(room_with(world), 1.5 if world is CORRIDOR else 3.5, 4.0)
+    records = hold(drive, 0.5, 0.0, 18.0)
+    assert not touched(records)
+    assert position(records[-1])[0] > end
+
+
+def test_robot_in_a_doorway_backs_out_as_it_came() -> None:
+    drive = robot_in(room_with(NARROW), 4.0, 4.0)
+    hold(drive, 0.4, 0.0, 2.5)
+    back = hold(drive, -0.4, 0.0, 4.0)
+    assert not touched(back)
+    assert position(back[-1])[0] < 4.2
+
+
+def test_drive_that_nothing_limits_has_the_same_bits_without_guard(room: World) -> None:
+    def digest(guarded: bool) -> str:
+        drive = robot_in(room, 4.0, 4.0, guarded=guarded)
+        records = [
+            r for v, w in ((0.4, 0.3), (0.0, 0.9), (0.5, -0.2)) for r in hold(drive, v, w, 1.5)
+        ]
+        assert not guarded or all(r.guard.factor == 1.0 for r in records)
+        parts = [(*position(r), *r.truth.twist.linear, r.control.twist.linear[0]) for r in records]
+        return hashlib.sha256(np.array(parts).tobytes()).hexdigest()
+
+    assert digest(True) == digest(False)
+
+
+@pytest.mark.parametrize(
+    ("change", "most", "word"),
+    [
+        (lambda scan: None, 0.0, "no horizontal scan"),
+        (lambda scan: blank(scan, math.nan), CREEP, "nearer than the scanner can measure"),
+    ],
+    ids=["silent", "all in the blind ring"],
+)
+def test_horizontal_scanner_that_measures_nothing_slows_or_stops(
+    room: World, change: Callable[[Scan], Scan | None], most: float, word: str
+) -> None:
+    """navigation2#4863: a late source stops, and is never ignored."""
+    drive = robot_in(room, 4.0, 4.0)
+    _through(drive, change)
+    records = hold(drive, 0.5, 0.0, 1.6)
+    assert float(records[-1].guard.twist.linear[0]) <= most + 1e-9
+    assert word in records[-1].guard.reason
+    # Turning stays possible, slowly.
+    assert hold(drive, 0.0, 0.5, 0.5)[-1].guard.factor > 0.0
+
+
+def test_scans_of_nothing_but_infinity_do_not_free_the_way_at_once(room: World) -> None:
+    """mowglinext#198: a scanner that sees nothing for a moment."""
+    drive = robot_in(room, 9.4, 4.0)
+    assert hold(drive, 0.3, 0.0, 2.5)[-1].guard.factor == 0.0
+    _through(drive, lambda scan: blank(scan, math.inf))
+    assert all(r.guard.factor == 0.0 for r in hold(drive, 0.3, 0.0, 0.2))
+
+
+def test_vertical_scanner_alone_missing_limits_to_30_cm_per_second(room: World) -> None:
+    drive = robot_in(room, 4.0, 4.0)
+    _through(drive, lambda scan: None, "laser_vertical")
+    assert abs(hold(drive, 0.7, 0.0, 1.0)[-1].guard.twist.linear[0] - 0.3) < 1e-9
+
+
+def test_lost_pose_limits_to_30_cm_per_second(room: World) -> None:
+    drive = robot_in(room, 4.0, 4.0)
+    lost = Estimate(0, None, Pose.identity(), np.eye(6), Twist.planar(0.0, 0.0), Health.LOST)
+    drive.take_estimate(lost)
+    verdict = hold(drive, 0.7, 0.0, 0.2)[-1].guard
+    assert abs(verdict.twist.linear[0] - 0.3) < 1e-9
+    assert verdict.reason == "0.3 m/s: the pose is lost"
+
+
+def test_only_its_driver_switches_the_guard_off_and_only_until_it_loses_the_robot(
+    room: World,
+) -> None:
+    drive = robot_in(room, 9.4, 4.0)
+    assert (
+        "only the driver"
+        in hold(drive, 0.3, 0.0, 0.02, GuardSwitch("other", False))[0].rejections[0].reason
+    )
+    off = hold(drive, 0.3, 0.0, 0.1, GuardSwitch("driver", False))[-1]
+    assert (off.guard.factor, off.guard.overridden_by) == (1.0, "driver")
+    taken = hold(drive, 0.3, 0.0, 0.02, TakeOver("other"))[-1]
+    assert taken.guard.overridden_by == ""
+
+
+def test_words_name_the_speed_and_where_the_obstacle_is(room: World) -> None:
+    said = [r.guard for r in hold(robot_in(room, 8.6, 4.0), 0.7, 0.0, 4.0)]
+    slowed = next(v for v in said if v.state is GuardState.SLOWED)
+    assert slowed.reason.endswith(" m ahead")
+    assert slowed.near is not None
+    assert abs(slowed.near.x - 0.254 - slowed.near.gap) < 0.01
+    assert not said[-1].ways.forward
+    assert said[-1].ways.backward
+
+
+def test_settings_and_outlines_that_cannot_be_are_refused_with_their_names() -> None:
+    with pytest.raises(ValueError, match="outline front must be > 0 and < 5 m, got -1"):
+        Outline(-1.0, 0.2, 0.2)
+
+
+def _through(
+    drive: Drive, change: Callable[[Scan], Scan | None], scanner: str = "laser_horizontal"
+) -> None:
+    """Have the guard take the scans of a scanner changed, or not at all."""
+    guard = drive.guard
+    assert isinstance(guard, Guard)
+    take = guard.take
+
+    def changed(reading: Reading) -> Reading | None:
+        of_it = isinstance(reading, Scan) and reading.scanner == scanner
+        return change(reading) if of_it and isinstance(reading, Scan) else reading
+
+    def taken(readings: tuple[Reading, ...]) -> None:
+        take([r for reading in readings if (r := changed(reading)) is not None])
+
+    guard.take = taken  # type: ignore[method-assign, assignment]
