@@ -252,10 +252,12 @@ class Rig:
 
 
 @asynccontextmanager
-async def lockstep(world: World, cloud: Cloud, cache: Path, *, seed: int = 0) -> AsyncIterator[Rig]:
+async def lockstep(
+    world: World, cloud: Cloud, cache: Path, *, seed: int = 0, guard: bool = False
+) -> AsyncIterator[Rig]:
     """Serve a robot whose time passes only when a client asks."""
     prepared, config = prepare(cloud, cache=cache), ServeConfig(port=0, lockstep=True)
-    stepped = build_stepped_robot(RobotParts(world, seed), cloud, prepared, config)
+    stepped = build_stepped_robot(RobotParts(world, seed, guard=guard), cloud, prepared, config)
     stepper = LockstepService(stepped)
     async with stepped.gateway.server as server:
         yield Rig(stepped.robot, server, stepper.adapter, stepper)
@@ -264,8 +266,8 @@ async def lockstep(world: World, cloud: Cloud, cache: Path, *, seed: int = 0) ->
 class Robots(typing.Protocol):
     """Serves robots in lockstep, each in a world of its own."""
 
-    def __call__(self, *, seed: int = 0) -> AbstractAsyncContextManager[Rig]:
-        """Serve a robot with a seed of its sensor noise."""
+    def __call__(self, *, seed: int = 0, guard: bool = False) -> AbstractAsyncContextManager[Rig]:
+        """Serve a robot with a seed of its sensor noise, and a guard if wanted."""
 
 
 class InRealTime(typing.Protocol):

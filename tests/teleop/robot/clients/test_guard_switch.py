@@ -12,7 +12,11 @@ from tests.teleop.support import Robots, arm, in_a_loop, peer
 async def test_only_the_driver_switches_the_guard_off_and_everybody_sees_by_whom(
     robots: Robots,
 ) -> None:
-    async with robots() as rig, peer(rig.server.url) as driver, peer(rig.server.url) as other:
+    async with (
+        robots(guard=True) as rig,
+        peer(rig.server.url) as driver,
+        peer(rig.server.url) as other,
+    ):
         await other.subscribe("/teleop/guard")
         await other.subscribe("/teleop/state")
         await arm(driver)
