@@ -41,7 +41,7 @@ from tests.teleop.support import in_a_loop
 
 pytestmark = [pytest.mark.process, pytest.mark.slow, pytest.mark.untraced]
 
-SIZE = {"width": 800, "height": 400}
+SIZE = {"width": 1120, "height": 600}
 SLOW = EXPECTED["no frames"]
 """What the page says instead where a loaded machine draws fewer than four pictures a second."""
 

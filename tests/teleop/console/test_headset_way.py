@@ -34,7 +34,7 @@ from tests.teleop.support import in_a_loop
 
 pytestmark = [pytest.mark.process, pytest.mark.slow, pytest.mark.untraced]
 
-SIZE = {"width": 800, "height": 400}
+SIZE = {"width": 1120, "height": 600}
 
 
 @pytest.fixture(scope="module", autouse=True)
@@ -69,7 +69,7 @@ async def test_person_enters_looks_drives_is_carried_off_hints_moves_the_arm_sto
 async def _look(page: Page, robot: PacedRobot) -> None:
     """Both eyes see the same building, from places as far apart as eyes are; one turns, goes elsewhere, and has a table."""
     picture = np.asarray(Image.open(io.BytesIO(await page.screenshot())).convert("RGB"), float)
-    left, right = picture[:, :400], picture[:, 400:800]
+    left, right = picture[:, :560], picture[:, 560:1120]
     assert left.std() > 10.0, "the left eye sees nothing"
     assert 0.5 < np.abs(left - right).mean() < 60.0, "the eyes see the same, or nothing in common"
     shown = await inside(page)

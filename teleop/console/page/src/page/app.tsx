@@ -92,7 +92,7 @@ function Bar({ parts, layout, about, drawer, onDrawer }: BarProps) {
   return (
     <header class="page-bar">
       <h1>{texts.map(state.mapInfo.value?.name ?? "")}</h1>
-      <HeadsetButtons headset={parts.headset} most={layout === "phone" ? 1 : 2} />
+      <HeadsetButtons headset={parts.headset} />
       <LinkLamp link={parts.statistics} state={state} />
       <HealthLamp state={state} />
       <span class="page-space" />
@@ -113,12 +113,12 @@ function Bar({ parts, layout, about, drawer, onDrawer }: BarProps) {
   );
 }
 
-/** Into the headset, or out of it again; nothing where there is none. A phone has room for one button: of its own view, AR. */
-function HeadsetButtons({ headset: { modes, headset, enter }, most }: { readonly headset: HeadsetPart; readonly most: number }) {
+/** Into the headset, or out of it again; nothing where there is none. */
+function HeadsetButtons({ headset: { modes, headset, enter } }: { readonly headset: HeadsetPart }) {
   const inside = headset.value?.mode.value !== undefined;
   return inside
     ? <button type="button" onClick={() => { headset.peek()?.leave(); }}>{xrTexts.leave}</button>
-    : <>{modes.value.slice(-most).map((mode) => (
+    : <>{modes.value.map((mode) => (
       <button type="button" key={mode} aria-label={xrTexts.enter[mode]} onClick={() => { enter(mode); }}>{xrTexts.short[mode]}</button>
     ))}</>;
 }
