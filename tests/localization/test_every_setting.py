@@ -56,6 +56,7 @@ SITUATION_OF = {
     "hypotheses.turn": "ambiguous",
     "kiss": "odometry",
     "kiss.convergence": "kiss",
+    "kiss.iterations": "kiss",
     "kiss.kernel": "kiss",
     "kiss.keypoint_spacing": "kiss",
     "kiss.max_correspondence_distance": "kiss",
@@ -178,7 +179,7 @@ def others(value: Any) -> Iterator[Any]:
         case StrEnum():
             yield from (member for member in type(value) if member is not value)
         case int():
-            yield from (2 * value + 1, value // 2)
+            yield from (2 * value + 1, value // 2, 1)
         case float():
             finite = value if value < 1e9 else 1.0
             yield from (

@@ -12,7 +12,7 @@ export function SharePart({ sharing, session, state }: { readonly sharing: Shari
   return (
     <details onToggle={(event) => { if (event.currentTarget.open) { look(); } }}>
       <summary>{texts.title}</summary>
-      <h4>{texts.here}</h4>
+      <h3>{texts.here}</h3>
       <ul class="session-list">
         {sharing.people.value.map(({ number, name, role }) => (
           <li key={number}>
@@ -67,7 +67,7 @@ function LinkMaker({ sharing, role }: { readonly sharing: Sharing; readonly role
 function Tokens({ sharing }: { readonly sharing: Sharing }) {
   return (
     <>
-      <h4>{texts.tokens}</h4>
+      <h3>{texts.tokens}</h3>
       <ul class="session-list">
         {sharing.tokens.value.map(({ name, role, seconds, link }) => (
           <li key={name}>
