@@ -19,7 +19,7 @@ from benchmarks.bridges.whole_body_vibration import weighted_rms
 from benchmarks.common.figures import OURS, Figure, say
 from benchmarks.replay.recordings import Recording, record, world_of
 from localization.types import SECOND, Inertial
-from teleop.bridges.motion_platform.cueing import Cueing
+from teleop.bridges.motion_platform.bridge_config import Cueing
 from teleop.bridges.motion_platform.datagram import Receiver, pack
 from teleop.bridges.motion_platform.follower import Follower
 from teleop.bridges.motion_platform.limited_motion import PERIOD

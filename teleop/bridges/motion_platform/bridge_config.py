@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Literal
 
 import tyro
 
-from teleop.bridges.motion_platform.cueing import Cueing
 from teleop.errors import SettingError
+
+Cueing = Literal["tilt", "washout"]
 
 
 @dataclass(frozen=True, slots=True)

@@ -8,11 +8,12 @@ are those of the open implementation ``shoarai/washout``.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Final, Literal, Protocol
+from typing import Final, Protocol
 
 import numpy as np
 from scipy.spatial.transform import Rotation
 
+from teleop.bridges.motion_platform.bridge_config import Cueing
 from teleop.bridges.motion_platform.limited_motion import PERIOD
 from teleop.bridges.motion_platform.platform import FloatArray
 
@@ -25,8 +26,6 @@ _LOW: Final = 5.0
 TILT_RATE: Final = np.radians(2.0)
 """Greatest rate of the tilt that stands for acceleration [rad/s]: people do not notice turns below 2 to 3 deg/s; the
 platform exceeds it by a third while it catches up with what its acceleration limit held back."""
-
-Cueing = Literal["tilt", "washout"]
 
 
 @dataclass(frozen=True, slots=True, eq=False)

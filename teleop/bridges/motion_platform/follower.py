@@ -7,7 +7,8 @@ from typing import Any, Final
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from teleop.bridges.motion_platform.cueing import Cueing, Feeling, cues
+from teleop.bridges.motion_platform.bridge_config import Cueing
+from teleop.bridges.motion_platform.cueing import Feeling, cues
 from teleop.bridges.motion_platform.datagram import PlatformPose
 from teleop.bridges.motion_platform.limited_motion import PERIOD, LimitedMotion
 from teleop.bridges.motion_platform.platform import FloatArray, Platform
