@@ -24,10 +24,10 @@ from teleop.scene_clouds import scene_cloud_path
 FLAGS: Final = ("--enable-unsafe-swiftshader", "--no-sandbox", "--disable-dev-shm-usage")
 """WebGL without a graphics card; tests run as root, in containers with little shared memory."""
 PLAIN_PICTURE: Final = """
-try { localStorage.setItem('farsteer.layers', JSON.stringify({ map: false, oldSweeps: false }));
+try { localStorage.setItem('farsteer.shown', JSON.stringify({ oldSweeps: false, minimap: false }));
   localStorage.setItem('farsteer.guide-closed', 'true'); } catch {}
 """
-"""A person who has been here before, and has switched the map's points off: without a graphics card they take most of a core to draw."""
+"""A person who has been here before, and has switched off what takes time to draw without a graphics card."""
 PATIENCE: Final = 60.0
 """For anything that must come at all [s]; a loaded machine is no failure."""
 DEFAULT: Final = ServeConfig()
