@@ -8,6 +8,7 @@ joints, on the link before; the gripper's three parts together weigh what the la
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Final, Literal
 
@@ -115,6 +116,19 @@ def arm_bodies(table: ArmTable) -> tuple[ArmBody, ...]:
     sides = zip(JAWS, (1.0, -1.0), strict=True)
     jaws = (ArmBody(n, last, tip, None, (0.0, s, 0.0), _jaw(table.gripper, s)) for n, s in sides)
     return (*links, ArmBody(TOOL, last, tip, None, None, ()), *jaws)
+
+
+def placed(body: ArmBody, angles: Mapping[str, float], opening: float) -> Pose:
+    """Return ``parent_from_body`` as the URDF has it: turned by its joint, or slid by half the gripper's opening.
+
+    Args:
+        body: Body of the arm.
+        angles: Of all joints by name [rad].
+        opening: Distance of the jaws [m].
+    """
+    yaw = 0.0 if body.joint is None else angles[body.joint.name]
+    slide = 0.5 * opening * np.array(body.slide or (0.0, 0.0, 0.0))
+    return body.pose @ Pose.from_euler(slide, yaw=yaw)
 
 
 def inertial(body: ArmBody) -> BodyInertia:

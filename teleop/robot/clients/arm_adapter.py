@@ -29,7 +29,6 @@ class ArmAdapter:
         server: Server,
         wishes: Wishes,
         arm: ArmFit,
-        urdf: str,
         *,
         round_trips: Callable[[int], RoundTrips | None],
         audit: AuditLog | None,
@@ -40,7 +39,6 @@ class ArmAdapter:
             server: The server, not yet started.
             wishes: Takes what clients want.
             arm: The arm.
-            urdf: Description of the robot, with the arm.
             round_trips: Returns the round trips of a client; None where no time passes on the way.
             audit: Log of what clients do to the robot.
         """
@@ -57,7 +55,7 @@ class ArmAdapter:
 
         ArmActions(protocol, self._requests, table, log)
         mount = arm.base_from_arm_base
-        self._services = ArmServices(protocol, self._requests, self._inputs, table, mount, urdf)
+        self._services = ArmServices(protocol, self._requests, self._inputs, table, mount)
 
     def drive_outputs(self, rows: Sequence[Topic[DriveRecord]]) -> tuple[Topic[DriveRecord], ...]:
         """Return the topics of control, with the arm's."""

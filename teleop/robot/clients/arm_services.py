@@ -1,4 +1,4 @@
-"""The services of the arm: stowing, ways out, MoveIt's kinematics and Servo settings, and the file of its description."""
+"""The services of the arm: stowing, ways out, MoveIt's kinematics and Servo settings."""
 
 from __future__ import annotations
 
@@ -13,6 +13,7 @@ from localization.types import InvalidReadingError, Pose
 from robot_sim.arm.arm_table import ArmTable
 from robot_sim.arm.inverse import solutions
 from robot_sim.arm.kinematics import Kinematics
+from robot_sim.arm.parts import JAWS, arm_bodies, placed
 from robot_sim.errors import ArmError
 from teleop.robot.arm.arm_commands import BASE_FRAMES, TOOL_FRAME, Goal, Move, WayOut
 from teleop.robot.arm.goal_results import GoalOutcome, GoalResult
@@ -20,11 +21,10 @@ from teleop.robot.clients.arm_input_messages import frame_of, read_pose
 from teleop.robot.clients.arm_inputs import ArmInputs
 from teleop.robot.clients.arm_requests import ArmRequests
 from teleop.robot.tick_record import DriveRecord
-from teleop.robot.topics.arm_messages import BASE, LINKS
+from teleop.robot.topics.arm_messages import BASE
 from teleop.robot.topics.arm_topics import (
     COMPUTE_FK,
     COMPUTE_IK,
-    GET_FILE,
     PAUSE,
     STOW,
     SWITCH,
@@ -35,7 +35,6 @@ from teleop.rosbridge.errors import MessageError, ServiceError
 from teleop.rosbridge.graph.deferred_response import DeferredResponse
 from teleop.rosbridge.protocol.protocol import Protocol
 
-URDF_FILE: Final = "package://farsteer/robot.urdf"
 _GROUPS: Final = ("", "arm")
 _SUCCESS, _INVALID_GROUP, _INVALID_CONSTRAINTS, _INVALID_STATE = 1, -15, -16, -17
 _INVALID_LINK, _NO_FRAME, _NO_COLLISION_CHECKING, _NO_SOLUTION = -18, -21, -22, -31
@@ -60,7 +59,6 @@ class ArmServices:
         inputs: ArmInputs,
         table: ArmTable,
         mount: Pose,
-        urdf: str,
     ) -> None:
         """Offer the services.
 
@@ -70,10 +68,9 @@ class ArmServices:
             inputs: What the settings of MoveIt Servo hold for.
             table: The arm.
             mount: ``base_from_arm_base``.
-            urdf: Description of the robot.
         """
         self._requests, self._inputs, self._table = requests, inputs, table
-        self._kinematics, self._mount, self._urdf = Kinematics(table), mount, urdf.encode()
+        self._kinematics, self._mount = Kinematics(table), mount
         self._angles: FloatArray = np.array(table.poses["stow"])
         serve = protocol.services.serve
         serve(SWITCH.name, SWITCH.type, self._switch)
@@ -82,7 +79,6 @@ class ArmServices:
         serve(COMPUTE_FK.name, COMPUTE_FK.type, self._compute_fk)
         serve(STOW.name, STOW.type, self._stow)
         serve(WAY_OUT.name, WAY_OUT.type, self._way_out)
-        serve(GET_FILE.name, GET_FILE.type, self._get_file)
 
     def driven(self, tick: DriveRecord) -> None:
         """Note where the joints are."""
@@ -173,16 +169,17 @@ class ArmServices:
         except MessageError as error:
             raise _Refusal(_NO_FRAME, str(error)) from None
         angles = self._state(request["robot_state"]["joint_state"])
-        matrices = dict(zip(LINKS, self._kinematics.frames(angles)[1:], strict=True))
-        matrices[BASE] = np.eye(4)
+        names = [joint.name for joint in self._table.joints]
+        turned, poses = dict(zip(names, angles, strict=True)), {BASE: Pose.identity()}
+        for body in arm_bodies(self._table)[1:]:
+            if body.name not in JAWS:
+                poses[body.name] = poses[body.parent] @ placed(body, turned, 0.0)
         stamped = []
         for name in request["fk_link_names"]:
-            if name not in matrices:
-                known = ", ".join((BASE, *LINKS))
+            if name not in poses:
+                known = ", ".join(poses)
                 raise _Refusal(_INVALID_LINK, f"no link {name[:40]!r}; there are: {known}")
-            pose = Pose.from_rotation(matrices[name][:3, 3], matrices[name][:3, :3])
-            if frame == "base_link":
-                pose = self._mount @ pose
+            pose = self._mount @ poses[name] if frame == "base_link" else poses[name]
             stamped.append({"header": header(0, frame), "pose": pose_to_dict(pose)})
         return stamped
 
@@ -199,11 +196,6 @@ class ArmServices:
         if not np.isfinite(angles).all():
             raise _Refusal(_INVALID_STATE, "robot_state: positions must be finite")
         return angles
-
-    def _get_file(self, client: int, request: Message, now: int) -> Message:
-        if request["name"] != URDF_FILE:
-            raise ServiceError(f"no file {request['name'][:80]!r}; there is: {URDF_FILE}")
-        return {"value": self._urdf}
 
 
 def _code(value: int, message: str = "") -> Message:

@@ -10,6 +10,7 @@ from teleop.link.command_age import RoundTrips
 from teleop.robot.arm.arm_fit import ArmFit
 from teleop.robot.audit.audit_log import AuditLog
 from teleop.robot.clients.client_inputs import ClientInputs
+from teleop.robot.clients.description_file import serve_description
 from teleop.robot.clients.disconnect_service import DisconnectService
 from teleop.robot.clients.link_service import serve_link
 from teleop.robot.clients.move_action import MoveAction
@@ -87,10 +88,7 @@ class RosbridgeAdapter(Observer):
             # Imported here, since most robots have none.
             from teleop.robot.clients.arm_adapter import ArmAdapter
 
-            urdf = latched[ROBOT_DESCRIPTION]["data"]
-            self._arm = ArmAdapter(
-                server, self.wishes, arm, urdf, round_trips=round_trips, audit=audit
-            )
+            self._arm = ArmAdapter(server, self.wishes, arm, round_trips=round_trips, audit=audit)
         drive_outputs, estimate_outputs = DRIVE_OUTPUTS, ESTIMATE_OUTPUTS
         if self._arm is not None:
             drive_outputs = self._arm.drive_outputs(DRIVE_OUTPUTS)
@@ -116,6 +114,7 @@ class RosbridgeAdapter(Observer):
         self._services = RobotServices(protocol, self.wishes, undo_memory, audit)
         self.previews = PreviewService(protocol)
         """Previews of hints, which the estimator answers."""
+        serve_description(protocol, latched[ROBOT_DESCRIPTION]["data"])
         serve_whoami(protocol)
         serve_names(protocol)
         DisconnectService(protocol, audit)

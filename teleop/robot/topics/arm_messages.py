@@ -12,7 +12,7 @@ from localization.logs.ros_geometry import pose_to_dict, transform_to_dict
 from localization.logs.ros_stamps import stamp_to_dict
 from localization.types import SECOND, Pose
 from robot_sim.arm.arm_table import ArmTable
-from robot_sim.arm.kinematics import Kinematics
+from robot_sim.arm.parts import arm_bodies, placed
 from teleop.robot.arm.arm_fit import ArmFit
 from teleop.robot.arm.arm_state import ArmState
 from teleop.robot.arm.goal_results import TimedPath
@@ -26,8 +26,6 @@ _RUMBLE: Final = 1
 """``sensor_msgs/JoyFeedback.TYPE_RUMBLE``."""
 _GRIPPER_DEGREES: Final = 180.0
 """Of the gripper's servo where the jaws are widest apart; 0 where they are closed."""
-LINKS: Final = ("arm_link_1", "arm_link_2", "arm_link_3", "arm_link_4", "arm_link_5", "tool0")
-"""Frames that move, from the base."""
 BASE: Final = "arm_base"
 
 
@@ -115,7 +113,7 @@ class ArmLinks:
 
     def __init__(self, table: ArmTable) -> None:
         """Take the arm's table."""
-        self._kinematics = Kinematics(table)
+        self._bodies = arm_bodies(table)[1:]
         self._state: ArmState | None = None
 
     def driven(self, tick: DriveRecord) -> None:
@@ -128,19 +126,18 @@ class ArmLinks:
         return ({"transforms": [*message["transforms"], *self.links()]},)
 
     def links(self) -> list[Message]:
-        """Return the transform of each link in the one before, as of the newest state."""
-        if self._state is None:
+        """Return the transform of each moving body in its parent, as of the newest state."""
+        state = self._state
+        if state is None:
             return []
-        frames = self._kinematics.frames(self._state.angles)[1:]
-        parents = np.concatenate([np.eye(4)[None], frames[:-1]])
-        within = np.linalg.solve(parents, frames)
+        angles = dict(zip(state.joints, state.angles, strict=False))
         return [
             {
-                "header": header(self._state.stamp, parent),
-                "child_frame_id": child,
-                "transform": transform_to_dict(_pose(matrix)),
+                "header": header(state.stamp, body.parent),
+                "child_frame_id": body.name,
+                "transform": transform_to_dict(placed(body, angles, state.opening)),
             }
-            for parent, child, matrix in zip((BASE, *LINKS[:-1]), LINKS, within, strict=True)
+            for body in self._bodies
         ]
 
 

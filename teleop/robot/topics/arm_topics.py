@@ -157,11 +157,6 @@ STOW: Final = Interface("/arm/stow", _TRIGGER, "fold the arm for driving; answer
 WAY_OUT: Final = Interface(
     "/arm/way_out", _TRIGGER, "do what `/arm/state` offers as `way_out`; answers when it is done"
 )
-GET_FILE: Final = Interface(
-    "/file_server/get_file",
-    "file_server/srv/GetBinaryFile",
-    "the robot's description as `package://farsteer/robot.urdf`, for ROS#; its shapes need no meshes",
-)
 
-ARM_SERVICES: Final = (SWITCH, PAUSE, COMPUTE_IK, COMPUTE_FK, STOW, WAY_OUT, GET_FILE)
+ARM_SERVICES: Final = (SWITCH, PAUSE, COMPUTE_IK, COMPUTE_FK, STOW, WAY_OUT)
 """Services that the robot offers."""

@@ -250,7 +250,14 @@ MOVE = Interface(
 ACTIONS: Final = (MOVE,)
 """Actions that the robot offers."""
 
+GET_FILE: Final = Interface(
+    "/file_server/get_file",
+    "file_server/srv/GetBinaryFile",
+    "the robot's description as `package://farsteer/robot.urdf`, for ROS#; its shapes need no meshes",
+)
+
 SERVICES: tuple[Interface, ...] = (
+    GET_FILE,
     Interface(
         "/sim/step",
         "farsteer_msgs/srv/Step",

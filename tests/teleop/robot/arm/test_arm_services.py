@@ -3,15 +3,21 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 from typing import Any
 from xml.etree import ElementTree as ET
 
+import mujoco
 import numpy as np
 import pybase64
 import pytest
 
+from localization.types import Pose
 from robot_sim.arm.kinematics import Kinematics
-from tests.teleop.robot.arm.support import JOINTS, STOW, TABLE, ArmClient, ArmRig, pose
+from robot_sim.arm.parts import arm_bodies
+from teleop.robot.clients.arm_input_messages import read_pose
+from teleop.robot.topics.arm_messages import ArmLinks
+from tests.teleop.robot.arm.support import JOINTS, STOW, TABLE, ArmClient, ArmRig, arm_of, pose
 
 READY = np.array(TABLE.poses["ready"])
 
@@ -138,6 +144,45 @@ def test_description_has_the_arm_on_its_topic_and_as_a_file(rig: ArmRig) -> None
     missing = client.call("/file_server/get_file", name="package://x/y.dae")
     assert missing is not None
     assert "there is: package://farsteer/robot.urdf" in missing["values"]
+
+
+def test_frames_on_tf_and_forward_kinematics_are_where_the_served_urdf_has_them(
+    rig: ArmRig,
+) -> None:
+    client = rig.connect()
+    client.subscribe("/robot_description")
+    angles, tick = np.random.default_rng(3).uniform(TABLE.lower, TABLE.upper), rig.rig.tick()
+    links = ArmLinks(TABLE)
+    links.driven(replace(tick, arm=replace(arm_of(tick), angles=angles, opening=0.02)))
+    # Without this the bodies that no joint moves would vanish.
+    keep = '<mujoco><compiler fusestatic="false" discardvisual="true"/></mujoco></robot>'
+    urdf = client.messages("/robot_description")[0]["data"].replace("</robot>", keep)
+    model = mujoco.MjModel.from_xml_string(urdf)
+    data = mujoco.MjData(model)
+    for name, angle in zip(JOINTS, angles, strict=True):
+        data.joint(name).qpos = angle
+    data.joint("gripper_joint").qpos, data.joint("arm_jaw_right_joint").qpos = 0.02, 0.01
+    mujoco.mj_kinematics(model, data)
+    found = {"arm_base": Pose.identity()}
+    for each in links.links():
+        parent = found[each["header"]["frame_id"]]
+        transform = each["transform"]
+        found[each["child_frame_id"]] = parent @ read_pose(
+            {"position": transform["translation"], "orientation": transform["rotation"]}
+        )
+    assert set(found) == {body.name for body in arm_bodies(TABLE)}
+    base = TABLE.mounts["bracket"]
+    for name, pose_ in found.items():
+        np.testing.assert_allclose((base @ pose_).position, data.body(name).xpos, atol=1e-12)
+        np.testing.assert_allclose(
+            (base @ pose_).rotation.ravel(), data.body(name).xmat, atol=1e-12
+        )
+    solid = [name for name in found if "jaw" not in name]
+    answer = forward(client, angles, *solid, frame="base_link")["pose_stamped"]
+    for name, stamped in zip(solid, answer, strict=True):
+        got, expected = read_pose(stamped["pose"]), base @ found[name]
+        np.testing.assert_allclose(got.position, expected.position, atol=1e-12)
+        np.testing.assert_allclose(got.rotation, expected.rotation, atol=1e-12)
 
 
 def test_second_arm_is_compared_with_this_one(rig: ArmRig) -> None:
