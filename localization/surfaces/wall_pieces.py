@@ -73,7 +73,10 @@ def pieces_of(points: FloatArray, normals: FloatArray) -> list[Piece]:
     for members in _groups(label):
         for part in _straight(middle, members):
             of = np.concatenate([order[starts[c] : starts[c + 1]] for c in part])
-            found.append(_piece(points, normals, of))
+            piece = _piece(points, normals, of)
+            # Two clusters side by side have their line between them, and none of their points on it.
+            if len(piece.points):
+                found.append(piece)
     return found
 
 

@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import numpy as np
 import pytest
+from hypothesis import given, settings, strategies as st
 
 from localization.geometry import FloatArray
 from localization.maps.cloud import Cloud
 from localization.maps.cloud_from_grid import WALL_TOP, cloud_from_grid
 from localization.surfaces.building import Building, building_of
 from localization.types import Pose
+from teleop.scene_clouds import load_scene_cloud
 
 STEP = 0.08
 
@@ -154,3 +158,24 @@ def test_same_cloud_gives_the_same_surfaces_to_the_bit() -> None:
 def test_cloud_without_walls_gives_none(parts: list[tuple[FloatArray, FloatArray]]) -> None:
     building = building_of(cloud_of(*parts))
     assert len(building.walls.top) <= 1
+
+
+@given(st.integers(0, 2**32 - 1))
+@settings(max_examples=30, deadline=None)
+def test_whatever_was_mapped_has_finite_surfaces(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    middles = rng.uniform(0.0, 3.0, (rng.integers(1, 30), 3))
+    points = np.repeat(middles, 12, axis=0) + rng.normal(
+        0.0, rng.choice([0.01, 0.1]), (12 * len(middles), 3)
+    )
+    normals = rng.normal(0.0, [1.0, 1.0, 0.1], points.shape)
+    normals /= np.linalg.norm(normals, axis=1, keepdims=True)
+    building = building_of(cloud_of(FLOOR, (points, normals)))
+    for faces in (building.walls, building.furniture):
+        assert np.isfinite(faces.start).all()
+        assert (faces.top > faces.bottom).all()
+
+
+@pytest.mark.parametrize("scene", [p.name for p in sorted(Path("scenes").iterdir()) if p.is_dir()])
+def test_every_shipped_scene_has_walls(scene: str) -> None:
+    assert len(building_of(load_scene_cloud(scene)).walls.start) > 4
