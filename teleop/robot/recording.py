@@ -5,10 +5,12 @@ from __future__ import annotations
 import contextlib
 import json
 import logging
+import math
 from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
+from localization.logs.log_interface import LogError
 from localization.logs.mcap_writer import ReadingsWriter
 from localization.logs.ros_types import build
 from localization.types import Reading
@@ -41,6 +43,7 @@ class Recording:
         """
         self._log: ReadingsWriter | None = log
         self._path, self._steps = path, steps
+        self._calls: list[tuple[int, str]] = []
 
     def readings(
         self, readings: Sequence[Reading], stamp: int, arm: ArmState | None = None
@@ -51,6 +54,7 @@ class Recording:
             return
 
         def write() -> None:
+            self._write_calls(log, stamp)
             for reading in readings:
                 log.write(reading, stamp)
             if arm is not None:
@@ -61,23 +65,25 @@ class Recording:
             log.abandon()
 
     def calls(self, inbox: Sequence[InboxMessage], stamp: int) -> None:
-        """Log what clients have changed in a simulated world, by a time [ns]."""
-        log = self._log
-        lines = [
-            json.dumps({"client": m.client, "service": m.service, "request": json.loads(m.request)})
+        """Note what clients have changed in a simulated world, by a time [ns]; it is logged before later readings.
+
+        Readings may still come that are older: an estimator that is behind has them waiting.
+        """
+        self._calls += [
+            (
+                stamp,
+                json.dumps(
+                    {"client": m.client, "service": m.service, "request": json.loads(m.request)}
+                ),
+            )
             for m in inbox
             if isinstance(m, WorldCall)
         ]
-        if log is None or not lines:
-            return
 
-        def write() -> None:
-            for line in lines:
-                log.write_beside(PLAYGROUND, build("std_msgs/msg/String", data=line), stamp)
-
-        if not self._survives("log", write):
-            self._log = None
-            log.abandon()
+    def _write_calls(self, log: ReadingsWriter, until: float) -> None:
+        while self._calls and self._calls[0][0] <= until:
+            stamp, line = self._calls.pop(0)
+            log.write_beside(PLAYGROUND, build("std_msgs/msg/String", data=line), stamp)
 
     def steps(self, rows: Iterable[StepRow]) -> None:
         """Add the rows of steps that have ended."""
@@ -93,7 +99,13 @@ class Recording:
         """Complete both files."""
         log, steps = self._log, self._steps
         self._log = self._steps = None
-        if log is not None and not self._survives("log", log.close):
+
+        def complete() -> None:
+            assert log is not None
+            self._write_calls(log, math.inf)
+            log.close()
+
+        if log is not None and not self._survives("log", complete):
             log.abandon()
         if steps is not None:
             self._survives("table of steps beside", steps.close)
@@ -102,8 +114,8 @@ class Recording:
         """Write; return whether the disk took it, and say why if it did not."""
         try:
             write()
-        except OSError as error:
-            why = error.strerror or str(error)
+        except (OSError, LogError) as error:
+            why = getattr(error, "strerror", None) or str(error)
             _LOG.error(
                 "the %s %s ends here: %s; the robot goes on, and what was written before can be read",
                 what,

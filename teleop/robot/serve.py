@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import contextlib
+import logging
 import secrets
 import signal
 import threading
@@ -11,6 +12,7 @@ from collections.abc import Callable, Iterator, Mapping
 from contextlib import AsyncExitStack, closing, contextmanager
 from dataclasses import replace
 from functools import partial
+from itertools import count
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -47,6 +49,8 @@ from teleop.robot.topics.topic_table import Interface, latched_messages
 if TYPE_CHECKING:  # imported only where there is a camera
     from robot_sim.cameras import CameraModel
     from teleop.robot.real_time.camera_start import CameraStart
+
+_LOG = logging.getLogger(__name__)
 
 
 def start_gateway(pictures: int | None = None) -> ChildProcess:
@@ -126,6 +130,16 @@ async def _serve_in_lockstep(
         await stop.wait()
 
 
+def _next_record(record: Path | None) -> Path | None:
+    """Return the file in which a record goes on once its estimator has ended: ``log-2.mcap`` after ``log.mcap``."""
+    if record is None:
+        return None
+    names = (record.with_stem(f"{record.stem}-{number}") for number in count(2))
+    free = next(name for name in names if not name.exists())
+    _LOG.warning("the record goes on in %s", free)
+    return free
+
+
 async def _serve_in_real_time(
     world: World,
     cloud: Cloud,
@@ -174,7 +188,9 @@ async def _serve_in_real_time(
             gateway.begin(for_gateway),
             estimator,
             restart_gateway=lambda: start_gateway(pictures).begin(for_gateway),
-            restart_estimator=lambda: start_estimator().begin(replace(for_estimator, record=None)),
+            restart_estimator=lambda: start_estimator().begin(
+                replace(for_estimator, record=_next_record(config.record))
+            ),
             camera=feed,
         )
     except BaseException:

@@ -10,6 +10,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from mcap.reader import make_reader
 
 from localization.logs.mcap_writer import ReadingsWriter
 from localization.logs.open_log import open_log
@@ -17,7 +18,7 @@ from localization.maps.cloud import Cloud
 from localization.types import Health, Hint, Pose
 from robot_sim import Simulation, World
 from teleop.robot.drive import Drive
-from teleop.robot.inbox import PoseHint
+from teleop.robot.inbox import PoseHint, WorldCall
 from teleop.robot.real_time.process_messages import (
     DRIVEN,
     ESTIMATED,
@@ -27,7 +28,7 @@ from teleop.robot.real_time.process_messages import (
     pack,
     unpack,
 )
-from teleop.robot.recording import Recording
+from teleop.robot.recording import PLAYGROUND, Recording
 from teleop.robot.serve import start_estimator
 from teleop.robot.steps.precision_log import StepsWriter
 from teleop.robot.tick_record import EstimateRecord
@@ -78,6 +79,26 @@ def test_disk_that_fills_as_the_log_is_completed_costs_its_end_alone(
     with full_disk(), caplog.at_level(logging.ERROR):
         recording.close()
     assert len(caplog.records) <= 1
+
+
+def test_call_that_comes_while_older_readings_wait_is_logged_in_its_place(tmp_path: Path) -> None:
+    path = tmp_path / "drive.mcap"
+    mounts = {"laser_horizontal": Pose.identity(), "laser_vertical": Pose.identity()}
+    recording, drive = Recording(ReadingsWriter(path, mounts), path), a_drive(2.0)
+    middle, last = drive[len(drive) // 2][0], drive[-1][0]
+    recording.calls([WorldCall("a", 1, "Slip", "{}")], middle)
+    recording.calls([WorldCall("a", 2, "Slip", "{}")], last + 1)
+    for stamp, reading in drive:
+        recording.readings((reading,), stamp)
+    recording.close()
+    assert [r.stamp for r in open_log(path)] == [reading.stamp for _, reading in drive]
+    with path.open("rb") as file:
+        times = [
+            (channel.topic, message.log_time)
+            for _, channel, message in make_reader(file).iter_messages(log_time_order=False)
+        ]
+    assert [time for topic, time in times if topic == PLAYGROUND] == [middle, last + 1]
+    assert [time for _, time in times] == sorted(time for _, time in times)
 
 
 @pytest.mark.process

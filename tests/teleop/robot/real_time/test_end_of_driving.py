@@ -175,3 +175,33 @@ def test_signal_while_driving_leaves_a_robot_at_rest_in_its_log(
     assert speeds.max() > 0.1, "it drove"
     assert max(abs(wheels[-1].left), abs(wheels[-1].right)) < 0.01
     assert np.all(np.diff(speeds[speeds.argmax() :]) < 0.02), "it is not driven on"
+
+
+@pytest.mark.process
+@pytest.mark.slow
+def test_record_goes_on_in_another_file_once_the_estimator_is_killed(tmp_path: Path) -> None:
+    log = tmp_path / "drive.mcap"
+    with served(log) as (robot, url):
+        children = Path(f"/proc/{robot.pid}/task/{robot.pid}/children").read_text().split()
+        (estimator,) = (
+            each
+            for each in children
+            if Path(f"/proc/{each}/comm").read_text().strip() == "estimator"
+        )
+
+        async def kill_and_drive() -> None:
+            while log.stat().st_size < 50_000:  # noqa: ASYNC110 - until the first readings are on the disk
+                await asyncio.sleep(0.1)
+            os.kill(int(estimator), signal.SIGKILL)
+            await drive_into(robot, url, signal.SIGINT)
+
+        asyncio.run(kill_and_drive())
+        assert robot.wait(60.0) == 0
+    before, after = (
+        [r for r in open_log(file) if isinstance(r, WheelSpeeds)]
+        for file in (log, tmp_path / "drive-2.mcap")
+    )
+    assert before[-1].stamp < after[0].stamp
+    steps = np.diff([r.stamp for r in after])
+    assert set(steps.tolist()) == {20_000_000}, "control keeps them until there is an estimator"
+    assert max(abs(r.left) for r in after) > 0.1
