@@ -29,6 +29,7 @@ COMMANDS = {
     "camera": "camera.parts",
     "console": "console.parts",
     "delays": "wire.delays",
+    "failures": "failures.command",
     "guard": "guard.campaign",
     "kafka": "bridges.kafka",
     "localization": "localization.comparison",
