@@ -12,7 +12,7 @@ from localization.geometry import FloatArray
 from teleop.robot.guard.braking import Motion, Ramps, to_standstill
 from teleop.robot.guard.outline import Outline
 from teleop.robot.guard.settings import CREEP, GuardConfig
-from teleop.robot.guard.surroundings import SOURCES, Points
+from teleop.robot.guard.surroundings import SOURCES, UNSEEN, Points
 from teleop.robot.guard.verdict import Near
 
 _COARSE: Final = np.array([0.8, 0.6, 0.4, 0.2])
@@ -21,7 +21,8 @@ _FINE: Final = np.array([0.15, 0.1, 0.05, 0.0])
 """What is then tried on top of the largest admissible one of them: steps of 0.035 m/s at full speed."""
 _SQUEEZE: Final = 0.015
 """Margin at which the robot may still creep out of where it stands too near to something [m]: a sigma of the scanners and
-the drift of odometry within a scan. The nearest of the many points of a wall is two sigma nearer than the wall."""
+the drift of odometry within a scan. The nearest of the many points of a wall is two sigma nearer than the wall. What no scanner
+sees has no such points, so that it is not squeezed past."""
 _RELEASE: Final = 0.03
 """What the margin grows by while an obstacle stops the robot [m]: more than the nearest of many returns trembles by from
 scan to scan, so that it does not twitch (navigation2 PR 2982)."""
@@ -180,9 +181,11 @@ class Rule:
         rim = np.abs(commands[:, 0]) + self.outline.radius * np.abs(commands[:, 1])
         rest = self.config.margin + _RELEASE * held
         squeezed = np.clip(now.min(axis=1, initial=rest), _SQUEEZE, rest)
-        margin = np.where(rim <= CREEP, squeezed, rest + self.config.skew * rim)
+        margin = (rest + self.config.skew * rim)[:, None]
+        creeps = (rim <= CREEP)[:, None] & (points.sources != UNSEEN)
+        margin = np.where(creeps, squeezed[:, None], margin)
         if not points.moving.any():
-            return np.minimum(margin[:, None], now - 1e-6)[:, None, :]
+            return np.minimum(margin, now - 1e-6)[:, None, :]
         comes = self.config.approach * (motion.times + scan_age)
-        needed = margin[:, None, None] + comes[:, :, None] * points.moving
+        needed = margin[:, None, :] + comes[:, :, None] * points.moving
         return np.minimum(needed, now[:, None, :] - 1e-6)
