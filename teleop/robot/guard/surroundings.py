@@ -25,6 +25,11 @@ _MISSES: Final = 3
 sees nothing at all has failed more often than the world has vanished (mowglinext#198)."""
 _NEW: Final = 0.25
 """A point is taken to move if the scan before saw so far beyond it [m]: at 10 Hz a walker takes 0.16 m."""
+_ELSEWHERE: Final = 0.5
+"""Share of what is known and seen that must have come and gone from one scan to the next for the robot to have been carried
+away: chosen; of a person who walks past it is a tenth."""
+_FEW: Final = 40
+"""Points on which this cannot be judged, known and seen: chosen."""
 _STRIP: Final = 0.05
 """Half the width of the plane that the vertical scanner renews [m]: what the robot drives in a tick, and its noise."""
 _ASIDE: Final = 1.2
@@ -82,6 +87,7 @@ class Surroundings:
         self._mounts, self._heights = mounts, heights
         self._points = np.zeros((0, 6))
         self._unseen = np.zeros((0, 2))
+        self._since = 0
         self._last: tuple[FloatArray, Scan] | None = None
         self.heard: dict[str, int] = {}
         """End of the newest scan of each scanner [ns]."""
@@ -96,7 +102,7 @@ class Surroundings:
         poses = odometry.at(stamps.astype(float))
         if mount.rotation[2, 2] > 0.9:
             self._take_horizontal(scan, mount, poses, odometry)
-        else:
+        elif scan.stamp >= self._since:
             self._take_vertical(scan, mount, poses, odometry)
         x, y, _ = odometry.pose
         away = np.hypot(self._points[:, 0] - x, self._points[:, 1] - y)
@@ -104,8 +110,9 @@ class Surroundings:
         near = away < np.where(self._points[:, 5] > 0.0, REACH, _ASIDE)
         self._points = self._points[near]
 
-    def forget(self) -> None:
-        """Forget all points: the robot stands elsewhere."""
+    def forget(self, since: int = 0) -> None:
+        """Forget all points, and those of vertical scans that began before a time [ns]: the robot stands elsewhere."""
+        self._since = since
         self._points, self._unseen = self._points[:0], self._unseen[:0]
         self._last = None
 
@@ -124,12 +131,17 @@ class Surroundings:
         points = _points(scan, mount)
         hit = np.isfinite(scan.ranges) & (scan.ranges < REACH + 1.0)
         seen = _planar(points[hit], poses[hit])
-        moving = np.zeros(len(seen))
+        kept, moving = self._points, np.zeros(len(seen))
         if self._last is not None:
             moving = self._come(seen)
-        kept = self._points
         if len(kept) and len(scan.ranges) > 1:
-            kept = self._outlived(scan, mount, poses)
+            kept, visible, through = self._outlived(scan, mount, poses)
+            known = visible + len(seen)
+            if known > _FEW and moving.sum() + through > _ELSEWHERE * known:
+                # Of what the vertical scanner saw on the way, nothing would ever be seen through.
+                self.forget(self.heard[scan.scanner])
+                odometry.forget_trail()
+                kept, moving = self._points, np.zeros(len(seen))
         fresh = np.zeros((len(seen), 6))
         fresh[:, :2], fresh[:, 4], fresh[:, 5] = seen, moving, 1.0
         self._points = _thinned(np.concatenate((fresh, kept)))
@@ -137,21 +149,27 @@ class Surroundings:
         self._last = (_sensor_poses(mount, poses), scan)
         self.blinded = self._meets_blind_ring(scan)
 
-    def _outlived(self, scan: Scan, mount: Pose, poses: FloatArray) -> FloatArray:
-        """Return the points that the scan does not renew, and does not see through."""
+    def _outlived(self, scan: Scan, mount: Pose, poses: FloatArray) -> tuple[FloatArray, int, int]:
+        """Return the points that the scan does not renew, and does not see through.
+
+        Returns:
+            These points, the number of those that it could see, and of those that it saw far beyond.
+        """
         kept, scanners = self._points.copy(), _sensor_poses(mount, poses)
         beam, away = _beams(kept[:, :2], scanners, scan)
         inside = (beam >= 0) & (beam < len(scan.ranges))
         measured = scan.ranges[np.clip(beam, 0, len(scan.ranges) - 1)]
         # What is lower or higher than the plane cannot be seen through by it.
         inside &= kept[:, 5] > 0.0
-        passed = inside & np.isfinite(measured) & (measured > away - _SEEN_THROUGH)
+        answered = inside & np.isfinite(measured)
+        passed = answered & (measured > away - _SEEN_THROUGH)
+        through = answered & (measured > away + _NEW)
         unanswered = inside & np.isposinf(measured)
         kept[unanswered, 3] += 1.0
         gone = passed | (kept[:, 3] >= _MISSES)
         kept[:, 4] = 0.0
         kept[kept[:, 5] > 0.0, 2] = MEMORY
-        return kept[~gone]
+        return kept[~gone], int(inside.sum()), int(through.sum())
 
     def _come(self, seen: FloatArray) -> FloatArray:
         """Return which points (N, 2) stand where the last scan saw further."""
