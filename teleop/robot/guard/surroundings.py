@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from localization.geometry import FloatArray
-from localization.types import Pose, Scan
+from localization.types import SECOND, Pose, Scan
 from teleop.robot.guard.continuation import continued
 from teleop.robot.guard.odometry import Odometry
 
@@ -30,6 +30,14 @@ _ELSEWHERE: Final = 0.5
 away: chosen; of a person who walks past it is a tenth."""
 _FEW: Final = 40
 """Points on which this cannot be judged, known and seen: chosen."""
+_BESIDE: Final = 4
+"""Beams to either side that stand for one that measures nothing: 2 degrees, less than a point's cell spans within 0.8 m."""
+_STILL_MOVES: Final = SECOND
+"""For so long after it moved something counts as one that moves [ns]: a foot stands for 0.6 s of a step."""
+_BODY: Final = 0.2
+"""Distance within which it is the same [m]: what a walker takes in a scan's time."""
+_GONE: Final = 3 * SECOND
+"""After this time without motion, what moved and is out of sight has gone elsewhere [ns]: chosen. A wall stays."""
 _STRIP: Final = 0.05
 """Half the width of the plane that the vertical scanner renews [m]: what the robot drives in a tick, and its noise."""
 _ASIDE: Final = 1.2
@@ -73,8 +81,8 @@ class Points:
 class Surroundings:
     """Owns the points.
 
-    Columns are x, y [m] in the plane of the odometry, source, misses, whether it moves, and whether the horizontal
-    scanner can see it.
+    Columns are x, y [m] in the plane of the odometry, source, misses, whether it moves, whether the horizontal scanner can
+    see it, and when something moved there last [ns]; 0 for never.
     """
 
     def __init__(self, mounts: Mapping[str, Pose], heights: tuple[float, float]) -> None:
@@ -85,7 +93,7 @@ class Surroundings:
             heights: Underside and top of the robot [m]: what is lower is driven over, what is higher passes above.
         """
         self._mounts, self._heights = mounts, heights
-        self._points = np.zeros((0, 6))
+        self._points = np.zeros((0, 7))
         self._unseen = np.zeros((0, 2))
         self._since = 0
         self._last: tuple[FloatArray, Scan] | None = None
@@ -142,8 +150,16 @@ class Surroundings:
                 self.forget(self.heard[scan.scanner])
                 odometry.forget_trail()
                 kept, moving = self._points, np.zeros(len(seen))
-        fresh = np.zeros((len(seen), 6))
+        fresh = np.zeros((len(seen), 7))
         fresh[:, :2], fresh[:, 4], fresh[:, 5] = seen, moving, 1.0
+        now = self.heard[scan.scanner]
+        fresh[:, 6] = now * moving
+        movers = kept[kept[:, 6] > now - _STILL_MOVES] if len(kept) else kept
+        if len(movers):
+            apart = np.hypot(*(seen[:, None, :] - movers[None, :, :2]).transpose(2, 0, 1))
+            same = np.where(apart < _BODY, movers[:, 6], 0.0).max(axis=1)
+            fresh[:, 6] = np.maximum(fresh[:, 6], same)
+            kept = kept[(kept[:, 6] == 0.0) | (kept[:, 6] > now - _GONE)]
         self._points = _thinned(np.concatenate((fresh, kept)))
         self._unseen = continued(points[:, :2], poses[-1], odometry)
         self._last = (_sensor_poses(mount, poses), scan)
@@ -158,7 +174,7 @@ class Surroundings:
         kept, scanners = self._points.copy(), _sensor_poses(mount, poses)
         beam, away = _beams(kept[:, :2], scanners, scan)
         inside = (beam >= 0) & (beam < len(scan.ranges))
-        measured = scan.ranges[np.clip(beam, 0, len(scan.ranges) - 1)]
+        measured = _filled(scan.ranges)[np.clip(beam, 0, len(scan.ranges) - 1)]
         # What is lower or higher than the plane cannot be seen through by it.
         inside &= kept[:, 5] > 0.0
         answered = inside & np.isfinite(measured)
@@ -202,9 +218,20 @@ class Surroundings:
         here = odometry.into_base(self._points[:, :2])
         renewed = np.abs(here[:, 0] - mount.position[0]) < _STRIP
         renewed &= (self._points[:, 2] == VERTICAL) & (np.abs(here[:, 1]) < _ASIDE)
-        fresh = np.zeros((len(seen), 6))
+        fresh = np.zeros((len(seen), 7))
         fresh[:, :2], fresh[:, 2], fresh[:, 5] = seen, VERTICAL, crossed
         self._points = _thinned(np.concatenate((fresh, self._points[~renewed])))
+
+
+def _filled(ranges: FloatArray) -> FloatArray:
+    """Return ranges in which single beams that measure nothing, for dirt, have the least of those beside them."""
+    mute = np.flatnonzero(np.isnan(ranges))
+    if not len(mute):
+        return ranges
+    beside = np.clip(mute[:, None] + np.arange(-_BESIDE, _BESIDE + 1), 0, len(ranges) - 1)
+    filled = ranges.copy()
+    filled[mute] = np.fmin.reduce(ranges[beside], axis=1)
+    return filled
 
 
 def _points(scan: Scan, mount: Pose) -> FloatArray:
