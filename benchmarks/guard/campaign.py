@@ -150,9 +150,20 @@ def drive(scene: str, alive: bool, driver: str, seed: int, guarded: bool) -> Out
         speeds.append(float(np.hypot(*twist.linear[:2])) + 0.3 * abs(float(twist.angular[2])))
         way += float(np.hypot(*twist.linear[:2])) * TICK_NS / SECOND
         stopped += (record.guard.state is GuardState.STOPPED) * TICK_NS / SECOND
-    counts = (kinds[kind] for kind in ("seen", "unseen", "met", "walked into"))
-    times = round(way, 2), round(stopped, 2)
-    return Outcome(scene, alive, driver, seed, guarded, *counts, dict(names), *times)
+    return Outcome(
+        scene,
+        alive,
+        driver,
+        seed,
+        guarded,
+        kinds["seen"],
+        kinds["unseen"],
+        kinds["met"],
+        kinds["walked into"],
+        dict(names),
+        round(way, 2),
+        round(stopped, 2),
+    )
 
 
 @cache

@@ -108,6 +108,7 @@ class Guard:
             else:
                 self._odometry.add(reading)
         if not self._scans:
+            self._look_around()
             return
         self._surroundings.add(self._scans.popleft(), self._odometry)
         while len(self._scans) >= len(self._scanners):
@@ -152,7 +153,7 @@ class Guard:
             return GuardVerdict(GuardState.FREE, asked, asked, overridden_by=self._override)
         senses = self._senses(stamp, condition, attitude)
         forward, turn = float(asked.linear[0]), float(asked.angular[2])
-        ways = self._look_around(condition)
+        ways = self._free_ways(condition)
         if forward == turn == 0.0:
             self._held = False
             self._stall = (-SECOND, -SECOND)
@@ -256,9 +257,8 @@ class Guard:
             return ""
         return f"somebody comes near the arm: {max(float(gaps.min()), 0.0):.1f} m"
 
-    def _look_around(self, condition: Condition) -> Ways:
-        """Return which way is free; where it is narrow, each tick one of the four is looked at."""
-        pressed = condition.bumpers
+    def _look_around(self) -> None:
+        """See which way is free; where it is narrow, one of the four in a tick."""
         if self._far_from(_CREEPING, (0.0, 0.0), self.config.lag, 0.0):
             self._ways = [True] * 4
         else:
@@ -267,7 +267,10 @@ class Guard:
             reach, _ = self.rule.bound((0.0, 0.0), command, self.config.lag)
             points = self._points(reach, 0.0)
             self._ways[self._turn] = self.rule.admits(command, points, held=self._held)
+
+    def _free_ways(self, condition: Condition) -> Ways:
         forward, backward, left, right = self._ways
+        pressed = condition.bumpers
         return Ways(
             forward and not any(pressed.front), backward and not any(pressed.rear), left, right
         )
