@@ -25,7 +25,7 @@ from teleop.robot.guard.odometry import Odometry
 from teleop.robot.guard.outline import Box, Outline
 from teleop.robot.guard.rule import Room, Rule
 from teleop.robot.guard.settings import CREEP, GuardConfig
-from teleop.robot.guard.surroundings import REACH, Points, Surroundings
+from teleop.robot.guard.surroundings import DRIFT, REACH, Points, Surroundings
 from teleop.robot.guard.verdict import STANDSTILL, GuardState, GuardVerdict, Ways
 from teleop.robot.guard.words import motion_words, place_words
 
@@ -174,10 +174,13 @@ class Guard:
         speeds, held = self._odometry.speeds, self._held == _direction(command)
         if cap > 0.0 and not self._far_from(command, speeds, reaction, scan_age, held=held):
             reach, lasts = self.rule.bound(speeds, command, reaction)
+            points = self._points(reach, lasts + scan_age)
+            if known:  # it has been there
+                points = replace(points, loose=0.0 * points.loose)
             admitted, motion, near = self.rule.share(
                 speeds,
                 command,
-                self._points(reach, lasts + scan_age),
+                points,
                 reaction=reaction,
                 scan_age=scan_age,
                 held=held,
@@ -240,11 +243,12 @@ class Guard:
         """Return how far anything that stands, and anything that moves, is from the robot at least [m]."""
         (x, y, yaw), then = self._odometry.pose, self._clear_at
         moved = math.hypot(x - then[0], y - then[1]) + self.outline.radius * abs(yaw - then[2])
+        moved *= 1.0 + DRIFT
         return self._clearance[0] - moved, self._clearance[1] - moved
 
     def _measure_clearance(self) -> None:
         points = self._surroundings.within(REACH + self.outline.radius, self._odometry)
-        gaps = self.outline.gaps(np.zeros(3), points.xy)
+        gaps = self.outline.gaps(np.zeros(3), points.xy) - points.loose
         self._clearance = (
             float(gaps[~points.moving].min(initial=REACH)),
             float(gaps[points.moving].min(initial=math.inf)),

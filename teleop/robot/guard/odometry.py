@@ -46,6 +46,8 @@ class Odometry:
         self._trail: deque[tuple[float, float, float]] = deque([self.pose])
         self._wheel_stamp = 0
         self._bias, self._rested = 0.0, 0
+        self.driven = 0.0
+        """Way so far, with 0.35 m for each radian [m]: what remembered points drift by."""
         self.stands = False
         """Whether the wheels stand."""
 
@@ -73,6 +75,8 @@ class Odometry:
             self.speeds = (forward, self.speeds[1])
         else:
             return
+        then = self.pose
+        self.driven += math.hypot(x - then[0], y - then[1]) + 0.35 * abs(yaw - then[2])
         self.pose = (x, y, yaw)
         self._poses.append((reading.stamp, x, y, yaw))
         while self._poses[0][0] < reading.stamp - _KEPT:

@@ -184,6 +184,7 @@ class Rule:
         margin = (rest + self.config.skew * rim)[:, None]
         creeps = (rim <= CREEP)[:, None] & (points.sources != UNSEEN)
         margin = np.where(creeps, squeezed[:, None], margin)
+        margin = margin + points.loose
         if not points.moving.any():
             return np.minimum(margin, now - 1e-6)[:, None, :]
         comes = self.config.approach * (motion.times + scan_age)

@@ -30,7 +30,7 @@ AGES = st.floats(0.0, 1.0)
 
 def points(*xy: tuple[float, float]) -> Points:
     n = len(xy)
-    return Points(np.array(xy).reshape(n, 2), np.zeros(n), np.zeros(n, bool))
+    return Points(np.array(xy).reshape(n, 2), np.zeros(n), np.zeros(n, bool), np.zeros(n))
 
 
 CLOUDS = st.lists(st.tuples(st.floats(-1.5, 1.5), st.floats(-1.5, 1.5)), min_size=1, max_size=12)
