@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections import deque
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Final
@@ -24,7 +25,9 @@ _MISSES: Final = 3
 """Beams without return that a point survives, less one: dark things and glass answer now and then, and a scanner that
 sees nothing at all has failed more often than the world has vanished (mowglinext#198)."""
 _NEW: Final = 0.25
-"""A point is taken to move if the scan before saw so far beyond it [m]: at 10 Hz a walker takes 0.16 m."""
+"""A point is taken to move if an earlier scan saw so far beyond it [m]: twenty sigma of a range, and of odometry between."""
+_LOOKS_BACK: Final = 5
+"""Scans to look back: at 10 Hz who walks straight at the robot with half a metre a second has come 0.25 m."""
 _ELSEWHERE: Final = 0.5
 """Share of what is known and seen that must have come and gone from one scan to the next for the robot to have been carried
 away: chosen; of a person who walks past it is a tenth."""
@@ -103,7 +106,7 @@ class Surroundings:
         self._points = np.zeros((0, 8))
         self._unseen = np.zeros((0, 2))
         self._since = 0
-        self._last: tuple[FloatArray, Scan] | None = None
+        self._past: deque[tuple[FloatArray, Scan]] = deque(maxlen=_LOOKS_BACK)
         self.heard: dict[str, int] = {}
         """End of the newest scan of each scanner [ns]."""
         self.blinded = False
@@ -129,7 +132,7 @@ class Surroundings:
         """Forget all points, and those of vertical scans that began before a time [ns]: the robot stands elsewhere."""
         self._since = since
         self._points, self._unseen = self._points[:0], self._unseen[:0]
-        self._last = None
+        self._past.clear()
 
     def within(self, radius: float, odometry: Odometry) -> Points:
         """Return the points within a distance of ``base_link`` [m]."""
@@ -148,7 +151,7 @@ class Surroundings:
         hit = np.isfinite(scan.ranges) & (scan.ranges < REACH + 1.0)
         seen = _planar(points[hit], poses[hit])
         kept, moving = self._points, np.zeros(len(seen))
-        if self._last is not None:
+        if self._past:
             moving = self._come(seen)
         if len(kept) and len(scan.ranges) > 1:
             kept, visible, through = self._outlived(scan, mount, poses)
@@ -171,7 +174,7 @@ class Surroundings:
             kept = kept[(kept[:, 6] == 0.0) | (kept[:, 6] > now - _GONE)]
         self._points = _thinned(np.concatenate((fresh, kept)))
         self._unseen = continued(points[:, :2], poses[-1], odometry)
-        self._last = (_sensor_poses(mount, poses), scan)
+        self._past.append((_sensor_poses(mount, poses), scan))
         self.blinded = self._meets_blind_ring(scan)
 
     def _outlived(self, scan: Scan, mount: Pose, poses: FloatArray) -> tuple[FloatArray, int, int]:
@@ -197,9 +200,8 @@ class Surroundings:
         return kept[~gone], int(inside.sum()), int(through.sum())
 
     def _come(self, seen: FloatArray) -> FloatArray:
-        """Return which points (N, 2) stand where the last scan saw further."""
-        assert self._last is not None
-        scanners, last = self._last
+        """Return which points (N, 2) stand where the oldest scan that is kept saw further."""
+        scanners, last = self._past[0]
         beam, away = _beams(seen, scanners, last)
         n = len(last.ranges)
         # What stood beside an edge is no news: the nearest of five beams must have passed.
