@@ -24,7 +24,7 @@ _FEWEST: Final = 11
 _STRAIGHT: Final = 0.025
 """Root mean square of the distances from a line up to which beams lie on it [m]: two sigma."""
 _LEAST: Final = 0.08
-"""Length of a surface from which its direction can be told [m]: with 22 beams of 12 mm to 6 degrees; chosen."""
+"""Length of a surface that shows its direction [m]: with 22 beams of 12 mm to 6 degrees; chosen."""
 _ON: Final = 1.0
 """How far a surface is taken to go on [m]: the robot's length, and its way to standstill."""
 _STEP: Final = 0.03

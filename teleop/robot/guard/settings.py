@@ -31,7 +31,7 @@ class GuardConfig:
     approach: float = 1.6
     """Speed at which what moves is taken to come on [m/s]: K of ISO 13855, a walking person."""
     arm_zone: float = 1.4
-    """Distance from the arm within which whoever comes nearer stops it [m]: C of ISO 13855, at least 0.85 m, and 1.6 m/s
+    """Distance from the arm within which a person who comes nearer stops it [m]: C of ISO 13855, at least 0.85 m, and 1.6 m/s
     for a scan, a tick and the arm's braking, 0.35 s in all."""
     slow_scan: int = 3 * SECOND // 10
     """Silence of the horizontal scanner from which on the robot creeps [ns]."""
