@@ -104,8 +104,11 @@ class Drive:
         dated = tuple(self._dated(message) for message in inbox)
         self.steps.steer(now, self.simulation.stamp, self.simulation.condition)
         verdict = self._guarded(now)
+        self.steps.take_verdict(now, verdict)
         if self.arm is not None:
             with self._stage("arm"):
+                if self.guard is not None and (why := self.guard.comes_to_arm):
+                    self.arm.stop_for(why)
                 self.arm.tick(now)
         with self._stage("simulation"):
             self.simulation.command(verdict.twist)
@@ -113,7 +116,7 @@ class Drive:
         self.steps.take_readings(sensed)
         if self.guard is not None:
             with self._stage("guard"):
-                self.guard.take(sensed)
+                self.guard.take(sensed, None if self.arm is None else self.arm.outline)
         arm = None
         if self.arm is not None:
             with self._stage("arm"):
@@ -176,6 +179,11 @@ class Drive:
         self.steps.take_estimate(estimate)
         if self.guard is not None:
             self.guard.take_estimate(estimate)
+
+    def forget_surroundings(self) -> None:
+        """Note that somebody has set the robot down elsewhere: nothing that the guard remembers is here."""
+        if self.guard is not None:
+            self.guard.forget()
 
     def server_lost(self, why: str) -> None:
         """Note that what connects the clients has stopped: the robot brakes, and their steps are gone."""

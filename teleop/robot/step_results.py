@@ -24,6 +24,8 @@ class StepOutcome(StrEnum):
     """A bumper was pressed."""
     STALLED = "stalled"
     """The motors are powered but barely turn, or the robot has fallen."""
+    GUARD = "guard"
+    """The guard has stopped it; the message says why."""
     TIME_LIMIT = "time_limit"
     """It took longer than it may."""
     SILENT = "silent"

@@ -34,7 +34,7 @@ class Near:
     y: float
     """Of its point in ``base_link`` [m]."""
     source: str
-    """What knows it: a scanner's frame, ``memory`` or ``bumper``."""
+    """What knows it: a scanner's frame, ``memory``, or ``unseen`` for a surface that is taken to go on."""
     gap: float
     """Its distance from the robot's outline [m]."""
     distance: float

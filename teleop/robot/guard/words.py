@@ -20,5 +20,5 @@ def motion_words(forward: float, turn: float) -> str:
 def place_words(near: Near) -> str:
     """Return where the obstacle is: "obstacle 0.9 m ahead"."""
     side = _SIDES[round(math.atan2(near.y, near.x) / (0.5 * math.pi)) % 4]
-    remembered = "remembered " if near.source == "memory" else ""
-    return f"{remembered}obstacle {max(near.gap, 0.0):.1f} m {side}"
+    how = {"memory": "remembered ", "unseen": "unseen "}.get(near.source, "")
+    return f"{how}obstacle {max(near.gap, 0.0):.1f} m {side}"

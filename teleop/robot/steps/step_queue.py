@@ -11,6 +11,7 @@ from typing import Final
 
 from localization.types import SECOND, Estimate, Reading, WheelSpeeds
 from robot_sim import Condition, DriveConfig, SkidSteer
+from teleop.robot.guard.verdict import GuardState, GuardVerdict
 from teleop.robot.inbox import StepAlive, StepAnswered, StepCancel, StepGoal
 from teleop.robot.safety.safety import Safety
 from teleop.robot.step_results import ENDS_QUEUE, StepOutcome, StepReport, StepResult
@@ -23,6 +24,10 @@ MAX_STEPS: Final = 100
 
 _MAX_UNANSWERED: Final = 1000
 """Results that are kept for the gateway; so many wait only if it takes none."""
+
+
+_STOPPED: Final = SECOND
+"""Time for which the guard must have stopped a step until it ends [ns]: a person who passes takes less."""
 
 
 class StepQueue:
@@ -48,6 +53,7 @@ class StepQueue:
         self._unanswered: deque[StepResult] = deque(maxlen=_MAX_UNANSWERED)
         self._ended: list[StepResult] = []
         self._begun = 0
+        self._driven = 0
 
     @property
     def wants_estimates(self) -> bool:
@@ -164,6 +170,13 @@ class StepQueue:
                 self._flush(
                     outcome, f"not begun: step {number} before it ended with {outcome.value}"
                 )
+
+    def take_verdict(self, now: int, verdict: GuardVerdict) -> None:
+        """End the step that the guard has stopped for a second."""
+        if self._moving is None or verdict.state is not GuardState.STOPPED:
+            self._driven = now
+        elif now - self._driven > _STOPPED:
+            self._moving.stop(StepOutcome.GUARD, verdict.reason, now)
 
     def take_readings(self, readings: Iterable[Reading]) -> None:
         """Take the readings of the tick."""

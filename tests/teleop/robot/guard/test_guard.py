@@ -5,18 +5,21 @@ from __future__ import annotations
 import hashlib
 import math
 from collections.abc import Callable
+from itertools import pairwise
 
 import numpy as np
 import pytest
 
-from localization.types import Estimate, Health, Pose, Reading, Scan, Twist
-from robot_sim import World
+from localization.types import Estimate, Health, Inertial, Pose, Reading, Scan, Twist, WheelSpeeds
+from robot_sim import P3AT, World
+from teleop.joystick import VelocityRequest
 from teleop.robot.drive import Drive
 from teleop.robot.guard.guard import Guard
+from teleop.robot.guard.odometry import Odometry
 from teleop.robot.guard.outline import Outline
 from teleop.robot.guard.settings import CREEP
 from teleop.robot.guard.verdict import GuardState
-from teleop.robot.inbox import GuardSwitch, TakeOver
+from teleop.robot.inbox import DriveCommand, GuardSwitch, TakeOver
 from teleop.robot.tick_record import DriveRecord
 from tests.teleop.robot.guard.support import blank, hold, robot_in, room_with, touched
 
@@ -97,6 +100,31 @@ def test_robot_before_a_wall_backs_out_and_turns_away(room: World) -> None:
     assert position(out[0])[0] - position(out[-1])[0] > 0.3
     turned = hold(drive, 0.0, 0.8, 3.0)
     assert all(record.guard.factor > 0.0 for record in turned[1:])
+
+
+@pytest.mark.parametrize("slant", [0.12, 0.45])
+def test_robot_that_backs_along_a_slanting_wall_does_not_meet_it_where_it_is_blind(
+    room: World, slant: float
+) -> None:
+    """The wall beside it comes no nearer; its rear corner meets a part that no scanner has seen."""
+    drive = robot_in(room, 5.0, 0.38, math.pi - slant)  # its rear left corner comes nearer to y = 0
+    records = hold(drive, -0.4, 0.0, 12.0)
+    assert not touched(records)
+    away = hold(drive, 0.4, 0.0, 2.0)
+    assert not touched(away)
+    assert position(away[-1])[0] < position(records[-1])[0] - 0.3
+
+
+def test_what_is_remembered_stays_where_it_is_while_the_robot_stands() -> None:
+    odometry = Odometry(P3AT(), Outline(0.25, 0.25, 0.23))
+    for tick in range(1000):  # 20 s with the bias of a bad unit
+        odometry.add(WheelSpeeds(tick * 20_000_000, 0.001, -0.001))
+        odometry.add(_turning(tick * 20_000_000, 0.01))
+    assert abs(odometry.pose[2]) < 0.001
+    for tick in range(1000, 1050):
+        odometry.add(WheelSpeeds(tick * 20_000_000, 0.1, 0.3))
+        odometry.add(_turning(tick * 20_000_000, 0.51))
+    assert odometry.pose[2] == pytest.approx(0.5, abs=0.02)
 
 
 def test_robot_that_came_forward_backs_out_at_full_speed_only_as_it_came(room: World) -> None:
@@ -208,9 +236,56 @@ def test_words_name_the_speed_and_where_the_obstacle_is(room: World) -> None:
     assert said[-1].ways.backward
 
 
+def test_robot_that_an_obstacle_stops_does_not_twitch(room: World) -> None:
+    """navigation2 PR 2982: the nearest of many returns trembles from scan to scan."""
+    records = hold(robot_in(room, 8.6, 4.0), 0.7, 0.0, 24.0)[200:]
+    released = sum(
+        before.guard.factor == 0.0 < after.guard.factor for before, after in pairwise(records)
+    )
+    assert released <= 1
+
+
+def test_timeouts_of_scanner_and_commands_do_not_add_up(room: World) -> None:
+    """innate-os#576: both fall silent at once, and the robot stands as soon as by the watchdog alone."""
+    drive = robot_in(room, 2.0, 4.0)
+    hold(drive, 0.7, 0.0, 2.0)
+    _through(drive, lambda scan: None)
+    ends = [drive.tick(drive.simulation.stamp, ()) for _ in range(round((0.5 + 0.7 + 0.1) / 0.02))]
+    assert abs(ends[-1].truth.twist.linear[0]) < 0.01
+
+
+def test_guard_needs_nothing_from_beyond_the_link(room: World) -> None:
+    """turtlebot3#1154: one old command, then silence, half a metre before a wall."""
+    drive = robot_in(room, 8.2, 4.0)
+    hold(drive, 0.6, 0.0, 1.4)
+    old = DriveCommand(
+        "driver", VelocityRequest(Twist.planar(0.7, 0.0), enabled=True), age=900_000_000
+    )
+    records = [drive.tick(drive.simulation.stamp, (old,) if i == 0 else ()) for i in range(60)]
+    assert not touched(records)
+
+
+def test_both_speeds_are_scaled_by_one_factor_whatever_is_asked() -> None:
+    drive = robot_in(room_with(PILLAR), 3.0, 3.6)
+    rng = np.random.default_rng(0)
+    for _ in range(40):
+        for record in hold(
+            drive, float(rng.uniform(-0.7, 0.7)), float(rng.uniform(-2.0, 2.0)), 0.3
+        ):
+            got, asked = record.guard.twist, record.guard.asked
+            v, w = got.linear[0], got.angular[2]
+            assert abs(v * asked.angular[2] - w * asked.linear[0]) < 1e-12
+            assert abs(v) <= abs(asked.linear[0]) + 1e-12
+            assert v * asked.linear[0] >= 0.0
+
+
 def test_settings_and_outlines_that_cannot_be_are_refused_with_their_names() -> None:
     with pytest.raises(ValueError, match="outline front must be > 0 and < 5 m, got -1"):
         Outline(-1.0, 0.2, 0.2)
+
+
+def _turning(stamp: int, rate: float) -> Inertial:
+    return Inertial(stamp, np.array([0.0, 0.0, rate]), np.array([0.0, 0.0, 9.81]))
 
 
 def _through(
@@ -225,7 +300,7 @@ def _through(
         of_it = isinstance(reading, Scan) and reading.scanner == scanner
         return change(reading) if of_it and isinstance(reading, Scan) else reading
 
-    def taken(readings: tuple[Reading, ...]) -> None:
+    def taken(readings: tuple[Reading, ...], arm: None) -> None:
         take([r for reading in readings if (r := changed(reading)) is not None])
 
     guard.take = taken  # type: ignore[method-assign, assignment]
