@@ -12,7 +12,7 @@ from robot_sim.simulation import Simulation
 from teleop.robot.arm.arm_commands import REPLACED
 from teleop.robot.attitude_filter import AttitudeFilter
 from teleop.robot.guard.guard import Guard
-from teleop.robot.guard.verdict import OFF, GuardVerdict
+from teleop.robot.guard.verdict import OFF, GuardState, GuardVerdict
 from teleop.robot.inbox import (
     ArmWish,
     Ask,
@@ -199,6 +199,7 @@ class Drive:
                 condition=self.simulation.condition,
                 attitude=self._attitude_now,
             )
+        self.steps.guarded(verdict.reason if verdict.state is GuardState.STOPPED else "", now)
         if verdict.disarm:
             self.safety.halt(verdict.disarm)
             return replace(verdict, twist=self.safety.command(now))
@@ -243,8 +244,7 @@ class Drive:
             match message:
                 case DriveCommand():
                     if message is newest[message.client]:
-                        if message.request.enabled:
-                            self.steps.driven_by_hand(message.client, now)
+                        self.steps.hand(message, now)
                         why = self.safety.request(message, now)
                 case TakeOver():
                     self.steps.end_all(StepOutcome.TAKEN_OVER, f"{message.client} took over", now)

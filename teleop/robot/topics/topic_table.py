@@ -244,7 +244,7 @@ ANSWERS: Final = (TURTLE_RESULT,)
 MOVE = Interface(
     "/move",
     "farsteer_msgs/action/Move",
-    "one step: straight on, or a turn on the spot; steps wait in a queue and are driven in order",
+    "one step: straight on, a turn on the spot, or an arc; steps wait in a queue and are driven in order",
 )
 
 ACTIONS: Final = (MOVE,)
