@@ -199,6 +199,7 @@ class Drive:
                 condition=self.simulation.condition,
                 attitude=self._attitude_now,
             )
+            verdict = replace(verdict, ahead=self.guard.ahead(asked))
         self.steps.guarded(verdict.reason if verdict.state is GuardState.STOPPED else "", now)
         if verdict.disarm:
             self.safety.halt(verdict.disarm)

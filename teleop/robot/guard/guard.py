@@ -19,6 +19,7 @@ from localization.geometry import FloatArray
 from localization.types import SECOND, Estimate, Health, Inertial, Pose, Reading, Scan, Twist
 from robot_sim import Condition, DriveConfig, SkidSteer
 from teleop.robot.guard.braking import Motion, Ramps, to_standstill
+from teleop.robot.guard.free_time import FARTHEST, free_time
 from teleop.robot.guard.limits import Senses, limits
 from teleop.robot.guard.odometry import Odometry
 from teleop.robot.guard.outline import Outline
@@ -39,6 +40,8 @@ _RELEASE: Final = 0.02
 scan to scan, so that it does not twitch (navigation2 PR 2982)."""
 _WAYS: Final = np.array([[CREEP, 0.0], [-CREEP, 0.0], [0.0, 0.3], [0.0, -0.3]])
 """Motions by which is said which way is free: forward, backward, left, right."""
+_LOOK_AHEAD: Final = 5
+"""Ticks between two looks along the arc of a command that stays: that of ``/teleop/state``."""
 _OLDEST: Final = SECOND
 """Age of a command that is counted at most [ns]; older ones are refused before they come here."""
 
@@ -79,6 +82,7 @@ class Guard:
         self._turn = 0
         self._held = False
         self._stall = (-SECOND, -SECOND)
+        self._looked, self._seen_ahead = 0, (0.0, 0.0, FARTHEST)
 
     def take(self, readings: Iterable[Reading]) -> None:
         """Take the readings of a tick."""
@@ -161,6 +165,23 @@ class Guard:
             self.outline.swept(motion.poses[0, ::3]),
             disarm=stalled,
         )
+
+    def ahead(self, asked: Twist) -> float:
+        """Return how long a command goes on along its arc until it is stopped [s]; ``FARTHEST`` while the guard is off.
+
+        It is looked at again as often as it is published, and for each other command.
+        """
+        forward, turn = float(asked.linear[0]), float(asked.angular[2])
+        self._looked += 1
+        if self._override or not (forward or turn):
+            self._seen_ahead = (0.0, 0.0, FARTHEST)
+        elif self._seen_ahead[:2] != (forward, turn) or self._looked >= _LOOK_AHEAD:
+            points = self._surroundings.within(math.inf, self._odometry)
+            rim = abs(forward) + self.outline.radius * abs(turn)
+            margin = self.config.margin + self.config.skew * rim
+            free = free_time(self.outline, points.xy, forward, turn, margin)
+            self._seen_ahead, self._looked = (forward, turn, free), 0
+        return self._seen_ahead[2]
 
     def _senses(self, stamp: int, condition: Condition, attitude: Inertial | None) -> Senses:
         heard = self._surroundings.heard

@@ -8,6 +8,7 @@ from typing import Final
 
 from localization.geometry import FloatArray
 from localization.types import Twist
+from teleop.robot.guard.free_time import FARTHEST
 
 STANDSTILL: Final = Twist.planar(0.0, 0.0)
 
@@ -79,6 +80,8 @@ class GuardVerdict:
     """(M, 2) corners of what is swept until the robot stands, if it brakes from what was asked for [m]; None at rest."""
     overridden_by: str = ""
     """Client that has switched it off; empty if none has."""
+    ahead: float = FARTHEST
+    """Time for which what was asked for goes on along its arc until it is stopped [s]."""
     disarm: str = ""
     """Why the driver must arm anew; empty if it need not."""
 
