@@ -12,6 +12,7 @@ from robot_sim.simulation import Simulation
 from teleop.robot.arm.arm_commands import REPLACED
 from teleop.robot.attitude_filter import AttitudeFilter
 from teleop.robot.guard.guard import Guard
+from teleop.robot.guard.look_ahead import LookAhead
 from teleop.robot.guard.verdict import OFF, GuardState, GuardVerdict
 from teleop.robot.inbox import (
     ArmWish,
@@ -70,6 +71,7 @@ class Drive:
         """
         self.simulation, self._stage, self.arm = simulation, stage, arm
         self.guard = guard
+        self._look_ahead = LookAhead(guard) if guard is not None else None
         self.safety = safety or Safety(SpeedLimits.of(simulation.config.drive))
         self.steps = StepQueue(self.safety, simulation.world.robot, simulation.config.drive)
         """Steps that wait or are driven."""
@@ -199,7 +201,8 @@ class Drive:
                 condition=self.simulation.condition,
                 attitude=self._attitude_now,
             )
-            verdict = replace(verdict, ahead=self.guard.ahead(asked))
+            if self._look_ahead is not None and not verdict.overridden_by:
+                verdict = replace(verdict, ahead=self._look_ahead.time(asked))
         self.steps.guarded(verdict.reason if verdict.state is GuardState.STOPPED else "", now)
         if verdict.disarm:
             self.safety.halt(verdict.disarm)

@@ -8,7 +8,7 @@ import numpy as np
 
 from localization.geometry import FloatArray
 
-_SAMPLES = 28
+_SHARES = np.linspace(0.0, 1.0, 28)
 """Poses along a motion: at 0.7 m/s and 1.6 s they are 3 cm apart on average, less than a table's leg is thick."""
 
 
@@ -45,37 +45,30 @@ def to_standstill(
         ramps: Limits of the drive.
         reaction: Time for which the command is followed [s].
     """
-    reached = [_ramped(speeds[i], commands[:, i], ramps, i, np.full(1, reaction)) for i in (0, 1)]
-    lasts = np.maximum(
-        np.abs(reached[0][:, 0]) / ramps.loss[0], np.abs(reached[1][:, 0]) / ramps.loss[1]
-    )
-    end = reaction + lasts
-    times = np.linspace(0.0, 1.0, _SAMPLES) * end[:, None]
-    follows = times <= reaction
-    velocities = []
-    for i in (0, 1):
-        following = _ramped(speeds[i], commands[:, i], ramps, i, times)
-        left = np.abs(reached[i]) - ramps.loss[i] * (times - reaction)
-        velocities.append(np.where(follows, following, np.sign(reached[i]) * np.maximum(left, 0.0)))
-    step = np.diff(times, axis=1)
-    forward, turn = (0.5 * (v[:, 1:] + v[:, :-1]) * step for v in velocities)
+    now, loss = np.array(speeds)[:, None, None], np.array(ramps.loss)[:, None, None]
+    ahead = np.where(now < 0.0, -1.0, 1.0)
+    now, goal = ahead * now, ahead * commands.T[:, :, None]
+    gain = np.array(ramps.gain)[:, None, None]
+    reached = _ramped(now, goal, gain, loss, reaction)
+    rest = np.abs(reached)
+    end = reaction + (rest / loss).max(axis=0)
+    times = end * _SHARES
+    left = np.sign(reached) * np.maximum(rest - loss * (times - reaction), 0.0)
+    speed = ahead * np.where(times <= reaction, _ramped(now, goal, gain, loss, times), left)
+    steps = (speed[..., 1:] + speed[..., :-1]) * (0.5 * times[:, 1:2])
     poses = np.zeros((*times.shape, 3))
-    np.cumsum(turn, axis=1, out=poses[:, 1:, 2])
-    heading = poses[:, 1:, 2] - 0.5 * turn
-    np.cumsum(forward * np.cos(heading), axis=1, out=poses[:, 1:, 0])
-    np.cumsum(forward * np.sin(heading), axis=1, out=poses[:, 1:, 1])
+    np.cumsum(steps[1], axis=1, out=poses[:, 1:, 2])
+    heading = poses[:, 1:, 2] - 0.5 * steps[1]
+    np.cumsum(steps[0] * np.cos(heading), axis=1, out=poses[:, 1:, 0])
+    np.cumsum(steps[0] * np.sin(heading), axis=1, out=poses[:, 1:, 1])
     return Motion(poses, times)
 
 
-def _ramped(now: float, target: FloatArray, ramps: Ramps, i: int, t: FloatArray) -> FloatArray:
-    """Return the speed (K, S) at times ``t`` (S,) or (K, S) on the way from a speed to targets (K,)."""
-    gain, loss = ramps.gain[i], ramps.loss[i]
-    goal = target[:, None]
-    if now < 0.0:
-        return -_ramped(-now, -target, ramps, i, t)
-    # From here on the speed is >= 0: a target below it is braked for, at most to rest, before it is turned round.
+def _ramped(
+    now: FloatArray, goal: FloatArray, gain: FloatArray, loss: FloatArray, t: FloatArray | float
+) -> FloatArray:
+    """Return the speeds at times ``t`` on the way from ``now``, not negative, to goals."""
+    # A goal below is braked for, at most to rest, before the speed is turned round.
     falling = np.maximum(now - loss * t, np.maximum(goal, 0.0))
-    after_rest = np.maximum(t - now / loss, 0.0)
-    behind = np.where(goal < 0.0, np.maximum(goal, -gain * after_rest), 0.0)
-    rising = np.minimum(now + gain * t, goal)
-    return np.where(goal > now, rising, falling + behind)
+    behind = np.maximum(np.minimum(goal, 0.0), -gain * np.maximum(t - now / loss, 0.0))
+    return np.where(goal > now, np.minimum(now + gain * t, goal), falling + behind)

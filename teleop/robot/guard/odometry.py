@@ -7,10 +7,12 @@ from collections import deque
 from typing import Final
 
 import numpy as np
+from numpy.typing import NDArray
 
 from localization.geometry import FloatArray
 from localization.types import SECOND, Inertial, Reading, WheelSpeeds
 from robot_sim import SkidSteer
+from teleop.robot.guard.outline import Outline
 
 _KEPT: Final = SECOND
 """Time for which poses are kept [ns]; a sweep of the slowest scanner takes 0.1 s."""
@@ -18,13 +20,23 @@ _TRAIL: Final = 3.0
 """Length of the path just driven that is kept [m]: chosen, several times the robot's length."""
 _STRIDE: Final = 0.05
 """Distance between two poses of it [m], and angle times 0.3 m."""
+_STANDS: Final = 0.01
+"""Speed of a wheel's rim up to which it stands [m/s]: five sigma of the encoders."""
+_BIAS: Final = 0.03
+"""Largest turn rate of a standing robot that is taken for a part of the gyro's bias [rad/s]: three times that of a small
+MEMS unit at switching on; more is a robot that is turned by hand."""
+_TREMBLE: Final = 0.02
+"""Turn rate that is taken for the gyro's noise [rad/s]: what stands beside a robot that drives straight on would else seem
+to come nearer now and then."""
+_LEARNT: Final = 100
+"""Readings over which the bias is averaged: a second."""
 
 
 class Odometry:
     """Owns the pose in a plane of its own; the wheels say how far, the gyro by how much it turns."""
 
-    def __init__(self, robot: SkidSteer) -> None:
-        self._track = robot.effective_track
+    def __init__(self, robot: SkidSteer, outline: Outline) -> None:
+        self._track, self._outline = robot.effective_track, outline
         self.pose = (0.0, 0.0, 0.0)
         """x, y [m] and yaw [rad]."""
         self.speeds = (0.0, 0.0)
@@ -33,6 +45,7 @@ class Odometry:
         self._gyro_stamp = -SECOND
         self._trail: deque[tuple[float, float, float]] = deque([self.pose])
         self._wheel_stamp = 0
+        self._stands, self._bias, self._rested = False, 0.0, 0
 
     def add(self, reading: Reading) -> None:
         """Add a reading of wheels or gyro; others are ignored."""
@@ -42,11 +55,13 @@ class Odometry:
             dt = (reading.stamp - self._gyro_stamp) / SECOND
             self._gyro_stamp = reading.stamp
             if 0.0 < dt < 0.5 and math.isfinite(rate):
+                rate = self._unbiased(rate)
                 yaw += rate * dt
-                self.speeds = (self.speeds[0], rate)
+                self.speeds = (self.speeds[0], rate if abs(rate) > _TREMBLE else 0.0)
         elif isinstance(reading, WheelSpeeds):
             dt = (reading.stamp - self._wheel_stamp) / SECOND
             self._wheel_stamp = reading.stamp
+            self._stands = max(abs(reading.left), abs(reading.right)) < _STANDS
             forward = 0.5 * (reading.left + reading.right)
             turn = (reading.right - reading.left) / self._track
             x, y = x + forward * dt * math.cos(yaw), y + forward * dt * math.sin(yaw)
@@ -66,6 +81,17 @@ class Odometry:
             if len(self._trail) > round(_TRAIL / _STRIDE):
                 self._trail.popleft()
 
+    def _unbiased(self, rate: float) -> float:
+        """Return a turn rate without the bias, which shows while the wheels stand [rad/s].
+
+        Unless it is taken away, what is remembered turns around a robot that stands: by 6 degrees in ten seconds.
+        """
+        if self._stands and abs(rate - self._bias) < _BIAS:
+            self._rested = min(self._rested + 1, _LEARNT)
+            self._bias += (rate - self._bias) / self._rested
+            return 0.0
+        return rate - self._bias
+
     def at(self, stamps: FloatArray) -> FloatArray:
         """Return the poses (N, 3) at times (N,) of the last second [ns]."""
         known = np.array(self._poses)
@@ -77,6 +103,11 @@ class Odometry:
         c, s = math.cos(yaw), math.sin(yaw)
         dx, dy = points[:, 0] - x, points[:, 1] - y
         return np.stack((c * dx + s * dy, c * dy - s * dx), -1)
+
+    def driven_over(self, points: FloatArray) -> NDArray[np.bool_]:
+        """Return which points (N, 2) of the plane the robot has covered on the path just driven."""
+        nearest: FloatArray = self._outline.gaps(np.array(self._trail), points).min(axis=0)
+        return nearest < 0.0
 
     def follows_trail(self, forward: float, turn: float) -> bool:
         """Return whether the next 0.4 m of the arc of a motion lie on the path just driven, within 0.1 m and 15 degrees.

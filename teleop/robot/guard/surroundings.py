@@ -8,12 +8,14 @@ from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
+from numpy.typing import NDArray
 
 from localization.geometry import FloatArray
 from localization.types import Pose, Scan
+from teleop.robot.guard.continuation import continued
 from teleop.robot.guard.odometry import Odometry
 
-_REACH: Final = 3.0
+REACH: Final = 3.0
 """Distance from the robot beyond which points are forgotten [m]: at 0.7 m/s, with commands a second old and a person
 who comes on at 1.6 m/s, what matters ends at 3 m."""
 _SEEN_THROUGH: Final = 0.1
@@ -41,7 +43,9 @@ VERTICAL: Final = 1
 """Number of the vertical one."""
 MEMORY: Final = 2
 """Number of what neither sees now."""
-SOURCES: Final = ("laser_horizontal", "laser_vertical", "memory")
+UNSEEN: Final = 3
+"""Number of what is taken to go on where no scanner looks."""
+SOURCES: Final = ("laser_horizontal", "laser_vertical", "memory", "unseen")
 """Names of the sources."""
 
 
@@ -53,8 +57,12 @@ class Points:
     """(N, 2) in ``base_link`` [m]."""
     sources: FloatArray
     """(N,) numbers of what knows them."""
-    moving: FloatArray
+    moving: NDArray[np.bool_]
     """(N,) whether they have just come to where there was nothing."""
+
+    def of(self, which: NDArray[np.bool_]) -> Points:
+        """Return those that are chosen (N,)."""
+        return Points(self.xy[which], self.sources[which], self.moving[which])
 
 
 class Surroundings:
@@ -73,6 +81,7 @@ class Surroundings:
         """
         self._mounts, self._heights = mounts, heights
         self._points = np.zeros((0, 6))
+        self._unseen = np.zeros((0, 2))
         self._last: tuple[FloatArray, Scan] | None = None
         self.heard: dict[str, int] = {}
         """End of the newest scan of each scanner [ns]."""
@@ -86,25 +95,29 @@ class Surroundings:
         self.heard[scan.scanner] = int(stamps[-1]) if len(stamps) else scan.stamp
         poses = odometry.at(stamps.astype(float))
         if mount.rotation[2, 2] > 0.9:
-            self._take_horizontal(scan, mount, poses)
+            self._take_horizontal(scan, mount, poses, odometry)
         else:
             self._take_vertical(scan, mount, poses, odometry)
         x, y, _ = odometry.pose
         away = np.hypot(self._points[:, 0] - x, self._points[:, 1] - y)
         # What only the vertical scanner can see it never sees through: people leave trails in it, which end here.
-        near = away < np.where(self._points[:, 5] > 0.0, _REACH, _ASIDE)
+        near = away < np.where(self._points[:, 5] > 0.0, REACH, _ASIDE)
         self._points = self._points[near]
 
     def within(self, radius: float, odometry: Odometry) -> Points:
         """Return the points within a distance of ``base_link`` [m]."""
-        xy = odometry.into_base(self._points[:, :2])
+        xy = odometry.into_base(np.concatenate((self._points[:, :2], self._unseen)))
         near = np.einsum("ij,ij->i", xy, xy) < radius * radius
-        known = self._points[near]
-        return Points(xy[near], known[:, 2], known[:, 4] > 0.0)
+        n = len(self._unseen)
+        sources = np.concatenate((self._points[:, 2], np.full(n, UNSEEN)))
+        moving = np.concatenate((self._points[:, 4] > 0.0, np.zeros(n, bool)))
+        return Points(xy[near], sources[near], moving[near])
 
-    def _take_horizontal(self, scan: Scan, mount: Pose, poses: FloatArray) -> None:
+    def _take_horizontal(
+        self, scan: Scan, mount: Pose, poses: FloatArray, odometry: Odometry
+    ) -> None:
         points = _points(scan, mount)
-        hit = np.isfinite(scan.ranges) & (scan.ranges < _REACH + 1.0)
+        hit = np.isfinite(scan.ranges) & (scan.ranges < REACH + 1.0)
         seen = _planar(points[hit], poses[hit])
         moving = np.zeros(len(seen))
         if self._last is not None:
@@ -112,11 +125,10 @@ class Surroundings:
         kept = self._points
         if len(kept) and len(scan.ranges) > 1:
             kept = self._outlived(scan, mount, poses)
-        fresh = np.stack(
-            (*seen.T, *np.full((2, len(seen)), ((HORIZONTAL,), (0,))), moving, np.ones(len(seen))),
-            -1,
-        )
-        self._points = np.concatenate((_thinned(fresh), kept))
+        fresh = np.zeros((len(seen), 6))
+        fresh[:, :2], fresh[:, 4], fresh[:, 5] = seen, moving, 1.0
+        self._points = _thinned(np.concatenate((fresh, kept)))
+        self._unseen = continued(points[:, :2], poses[-1], odometry)
         self._last = (_sensor_poses(mount, poses), scan)
         self.blinded = self._meets_blind_ring(scan)
 
@@ -134,7 +146,7 @@ class Surroundings:
         gone = passed | (kept[:, 3] >= _MISSES)
         kept[:, 4] = 0.0
         kept[kept[:, 5] > 0.0, 2] = MEMORY
-        return _thinned(kept[~gone])
+        return kept[~gone]
 
     def _come(self, seen: FloatArray) -> FloatArray:
         """Return which points (N, 2) stand where the last scan saw further."""
@@ -167,10 +179,9 @@ class Surroundings:
         here = odometry.into_base(self._points[:, :2])
         renewed = np.abs(here[:, 0] - mount.position[0]) < _STRIP
         renewed &= (self._points[:, 2] == VERTICAL) & (np.abs(here[:, 1]) < _ASIDE)
-        fresh = np.stack(
-            (*seen.T, *np.full((3, len(seen)), ((VERTICAL,), (0,), (0,))), crossed), -1
-        )
-        self._points = np.concatenate((_thinned(fresh), self._points[~renewed]))
+        fresh = np.zeros((len(seen), 6))
+        fresh[:, :2], fresh[:, 2], fresh[:, 5] = seen, VERTICAL, crossed
+        self._points = _thinned(np.concatenate((fresh, self._points[~renewed])))
 
 
 def _points(scan: Scan, mount: Pose) -> FloatArray:

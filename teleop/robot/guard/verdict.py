@@ -8,9 +8,10 @@ from typing import Final
 
 from localization.geometry import FloatArray
 from localization.types import Twist
-from teleop.robot.guard.free_time import FARTHEST
 
 STANDSTILL: Final = Twist.planar(0.0, 0.0)
+FARTHEST: Final = 4.0
+"""Time for which is looked ahead [s]: at 0.7 m/s it ends where points are forgotten, at 3 m."""
 
 
 class GuardState(StrEnum):

@@ -9,10 +9,11 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from localization.types import Estimate, Health, Pose, Reading, Scan, Twist
-from robot_sim import World
+from localization.types import Estimate, Health, Inertial, Pose, Reading, Scan, Twist, WheelSpeeds
+from robot_sim import P3AT, World
 from teleop.robot.drive import Drive
 from teleop.robot.guard.guard import Guard
+from teleop.robot.guard.odometry import Odometry
 from teleop.robot.guard.outline import Outline
 from teleop.robot.guard.settings import CREEP
 from teleop.robot.guard.verdict import GuardState
@@ -97,6 +98,31 @@ def test_robot_before_a_wall_backs_out_and_turns_away(room: World) -> None:
     assert position(out[0])[0] - position(out[-1])[0] > 0.3
     turned = hold(drive, 0.0, 0.8, 3.0)
     assert all(record.guard.factor > 0.0 for record in turned[1:])
+
+
+@pytest.mark.parametrize("slant", [0.12, 0.45])
+def test_robot_that_backs_along_a_slanting_wall_does_not_meet_it_where_it_is_blind(
+    room: World, slant: float
+) -> None:
+    """The wall beside it comes no nearer; its rear corner meets a part that no scanner has seen."""
+    drive = robot_in(room, 5.0, 0.38, math.pi - slant)  # its rear left corner comes nearer to y = 0
+    records = hold(drive, -0.4, 0.0, 12.0)
+    assert not touched(records)
+    away = hold(drive, 0.4, 0.0, 2.0)
+    assert not touched(away)
+    assert position(away[-1])[0] < position(records[-1])[0] - 0.3
+
+
+def test_what_is_remembered_stays_where_it_is_while_the_robot_stands() -> None:
+    odometry = Odometry(P3AT(), Outline(0.25, 0.25, 0.23))
+    for tick in range(1000):  # 20 s with the bias of a bad unit
+        odometry.add(WheelSpeeds(tick * 20_000_000, 0.001, -0.001))
+        odometry.add(_turning(tick * 20_000_000, 0.01))
+    assert abs(odometry.pose[2]) < 0.001
+    for tick in range(1000, 1050):
+        odometry.add(WheelSpeeds(tick * 20_000_000, 0.1, 0.3))
+        odometry.add(_turning(tick * 20_000_000, 0.51))
+    assert odometry.pose[2] == pytest.approx(0.5, abs=0.02)
 
 
 def test_robot_that_came_forward_backs_out_at_full_speed_only_as_it_came(room: World) -> None:
@@ -211,6 +237,10 @@ def test_words_name_the_speed_and_where_the_obstacle_is(room: World) -> None:
 def test_settings_and_outlines_that_cannot_be_are_refused_with_their_names() -> None:
     with pytest.raises(ValueError, match="outline front must be > 0 and < 5 m, got -1"):
         Outline(-1.0, 0.2, 0.2)
+
+
+def _turning(stamp: int, rate: float) -> Inertial:
+    return Inertial(stamp, np.array([0.0, 0.0, rate]), np.array([0.0, 0.0, 9.81]))
 
 
 def _through(
