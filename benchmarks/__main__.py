@@ -34,6 +34,7 @@ COMMANDS = {
     "localization": "localization.comparison",
     "log": "localization.log_files",
     "motion": "bridges.motion",
+    "path": "prediction.errors",
     "people": "localization.people",
     "prepared": "localization.prepared_map",
     "real": "real.command",

@@ -11,7 +11,7 @@ from localization.pipeline.localizer import Localizer
 from localization.types import SECOND, Health, Pose, Twist
 from robot_sim import TICK_NS, Simulation
 from teleop.joystick import VelocityRequest
-from teleop.prediction.predicted_motion import Motion, Sent
+from teleop.prediction.predicted_motion import Command, Motion
 from teleop.robot.guard.guard import Guard
 from teleop.robot.inbox import DriveCommand, InboxMessage, PoseHint
 from teleop.robot.robot import Robot
@@ -36,7 +36,7 @@ class Moment:
     """The newest estimate, in the map."""
     known_at: float
     """Its stamp [s]."""
-    sent: Sent
+    sent: Command
     """The command that arrives for it."""
     truth: Motion
     """Where the robot is at its end."""
@@ -75,7 +75,7 @@ def drive(scene: str, seed: int, *, keys: bool) -> list[Moment]:
             Moment(
                 None if pose is None else _motion(pose, estimate.twist),
                 estimate.stamp / SECOND,
-                Sent(at / SECOND, float(wanted.linear[0]), float(wanted.angular[2])),
+                Command(at / SECOND, float(wanted.linear[0]), float(wanted.angular[2])),
                 _motion(truth.map_from_base, truth.twist),
                 record.drive.guard.factor,
             )

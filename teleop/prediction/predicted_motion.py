@@ -1,8 +1,8 @@
-"""Where the robot will be: its motion as it is known, carried on by the commands that it has not answered yet.
+"""Where the robot will be: its pose as it is known, carried on by the commands that it has not answered yet.
 
-One model for all displays: the robot follows each command from the tick that takes it, later by the lag of its wheels,
-and changes its speeds along the drive's ramps. It is Euler's rule at the robot's own tick; ``predicted_motion.ts`` of the
-page says the same, and both are tested by the same drives.
+One model for all displays: the robot follows each command from when it is in force, later by the lag of its wheels, and
+changes its speeds along the drive's ramps. Speeds are not measured: they follow from the commands of the last moments.
+``prediction/predicted_motion.ts`` of the console's page says the same, and both are tested by ``predictions.json``.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ TICK: Final = 0.02
 
 @dataclass(frozen=True, slots=True)
 class DriveLimits:
-    """What the robot says of its drive on ``/drive_limits``."""
+    """How the robot answers a command, as it says on ``/drive_limits``."""
 
     acceleration: float
     """Of the forward speed [m/s^2]."""
@@ -33,6 +33,18 @@ class DriveLimits:
 
 
 @dataclass(frozen=True, slots=True)
+class Command:
+    """A motion that is asked of the wheels."""
+
+    at: float
+    """From when on it is in force, by the robot's clock [s]."""
+    forward: float
+    """Forward speed [m/s]."""
+    turn: float
+    """Turn rate, to the left positive [rad/s]."""
+
+
+@dataclass(frozen=True, slots=True)
 class Motion:
     """A pose in the plane with its speeds."""
 
@@ -42,67 +54,69 @@ class Motion:
     """[m]."""
     yaw: float
     """Heading [rad]."""
-    forward: float
+    forward: float = 0.0
     """Forward speed [m/s]."""
-    turn: float
+    turn: float = 0.0
     """Turn rate, to the left positive [rad/s]."""
 
 
-@dataclass(frozen=True, slots=True)
-class Sent:
-    """A command on its way."""
-
-    at: float
-    """When it arrives at the robot, by the robot's clock [s]."""
-    forward: float
-    """Forward speed that it asks for [m/s]."""
-    turn: float
-    """Turn rate that it asks for [rad/s]."""
-
-
 def predicted(
-    known: Motion, stamp: float, sent: Sequence[Sent], until: float, limits: DriveLimits
+    known: Motion, stamp: float, commands: Sequence[Command], until: float, limits: DriveLimits
 ) -> Iterator[Motion]:
-    """Yield the motion tick by tick, from the known one on.
+    """Yield the motion tick by tick, from the known pose on.
 
     Args:
-        known: Motion at ``stamp``.
+        known: Pose at ``stamp``; its speeds count only without any command.
         stamp: Time of what is known, by the robot's clock [s].
-        sent: Commands in the order of their arrival; the last one stays in force. Without any the robot goes on as it does.
+        commands: In the order of their times, from some time before the stamp on; the last one stays in force.
         until: Time to predict to [s].
         limits: The drive's.
     """
-    yield known
-    motion, following = known, -1
-    for tick in range(1, math.floor((until - stamp) / TICK + 1e-6) + 1):
-        now = stamp + tick * TICK - limits.lag
-        while following + 1 < len(sent) and sent[following + 1].at <= now:
-            following += 1
-        wanted = sent[following] if following >= 0 else None
-        motion = _stepped(motion, wanted, limits)
+    speeds = known.forward, known.turn
+    if commands:
+        speeds = commands[0].forward, commands[0].turn
+        for command in _in_force(commands, commands[0].at, stamp, limits.lag):
+            speeds = _ramped(speeds, command, limits)
+    motion = Motion(known.x, known.y, known.yaw, *speeds)
+    yield motion
+    for command in _in_force(commands, stamp, until, limits.lag):
+        motion = _moved(motion, _ramped((motion.forward, motion.turn), command, limits))
         yield motion
 
 
-def _stepped(motion: Motion, wanted: Sent | None, limits: DriveLimits) -> Motion:
-    """Return the motion a tick later."""
-    forward, turn = motion.forward, motion.turn
-    if wanted is not None:
-        forward = _ramp(forward, wanted.forward, limits.acceleration, limits.braking)
-        turn = _ramp(turn, wanted.turn, limits.turn_acceleration, limits.turn_braking)
-    middle = motion.yaw + 0.25 * (motion.turn + turn) * TICK
-    way = 0.5 * (motion.forward + forward) * TICK
-    return Motion(
-        motion.x + way * math.cos(middle),
-        motion.y + way * math.sin(middle),
-        motion.yaw + 0.5 * (motion.turn + turn) * TICK,
-        forward,
-        turn,
+def _in_force(
+    commands: Sequence[Command], begin: float, end: float, lag: float
+) -> Iterator[Command | None]:
+    """Yield the command that the wheels follow in each tick between two times [s]; None before the first."""
+    newest = -1
+    for tick in range(1, math.floor((end - begin) / TICK + 1e-6) + 1):
+        while newest + 1 < len(commands) and commands[newest + 1].at <= begin + tick * TICK - lag:
+            newest += 1
+        yield commands[newest] if newest >= 0 else None
+
+
+def _ramped(
+    speeds: tuple[float, float], command: Command | None, limits: DriveLimits
+) -> tuple[float, float]:
+    if command is None:
+        return speeds
+    return (
+        _ramp(speeds[0], command.forward, limits.acceleration, limits.braking),
+        _ramp(speeds[1], command.turn, limits.turn_acceleration, limits.turn_braking),
     )
 
 
 def _ramp(now: float, target: float, gain: float, loss: float) -> float:
-    """Return a speed a tick later: towards rest by ``loss``, away from it by ``gain``; it is at rest before it turns round."""
-    slowing = now * target < 0.0 or abs(target) < abs(now)
-    goal = target if now * target >= 0.0 else 0.0
-    most = (loss if slowing else gain) * TICK
+    """Return a speed a tick later: slowing down by ``loss``, else by ``gain``, at rest before it turns round."""
+    slows = now * target < 0.0 or abs(target) < abs(now)
+    most, goal = TICK * (loss if slows else gain), target if now * target >= 0.0 else 0.0
     return now + min(most, max(-most, goal - now))
+
+
+def _moved(motion: Motion, speeds: tuple[float, float]) -> Motion:
+    """Return the motion after a tick with the mean of old and new speeds."""
+    way = 0.5 * (motion.forward + speeds[0]) * TICK
+    angle = 0.5 * (motion.turn + speeds[1]) * TICK
+    heading = motion.yaw + 0.5 * angle
+    x, y = motion.x + way * math.cos(heading), motion.y + way * math.sin(heading)
+    return Motion(x, y, motion.yaw + angle, *speeds)
