@@ -21,7 +21,7 @@ from benchmarks.common.progress import with_progress
 from benchmarks.common.sheet import measure
 from benchmarks.prediction.drives import SCENES, Moment, drive
 from robot_sim import DriveConfig
-from teleop.prediction.command_history import CommandHistory
+from teleop.prediction.command_history import CommandHistory, Followed
 from teleop.prediction.predicted_motion import TICK, Command, DriveLimits, Motion, predicted
 from teleop.robot.topics.control_messages import drive_limits
 
@@ -90,7 +90,8 @@ def _history(moments: list[Moment], now: int, trip: int, late: int) -> CommandHi
         known = moment.sent.at <= moments[now].sent.at
         if known and round(moment.sent.at / TICK) % _STATE == 0:
             c, share = moment.sent, moment.share
-            history.followed(Command(c.at, share * c.forward, share * c.turn), share)
+            in_force = Command(c.at, share * c.forward, share * c.turn)
+            history.followed(Followed(in_force, guard=share))
         history.sent(Command(moment.sent.at - late * TICK, moment.sent.forward, moment.sent.turn))
     return history
 

@@ -53,6 +53,7 @@ def teleop_state(tick: DriveRecord) -> Messages:
             "guard_reason": tick.guard.reason,
             "guard_overridden_by": tick.guard.overridden_by,
             "guard_ahead": tick.guard.ahead,
+            "late_factor": state.stale.speed_share(state.link_age),
         },
     )
 

@@ -8,7 +8,6 @@ from pathlib import Path
 
 import pytest
 
-from teleop.prediction.command_history import CommandHistory
 from teleop.prediction.predicted_motion import Command, DriveLimits, Motion, predicted
 
 LIMITS = DriveLimits(0.5, 1.0, 2.0, 4.0, lag=0.04)
@@ -68,18 +67,3 @@ def test_page_and_display_say_the_same() -> None:
         assert [last.x, last.y, last.yaw, last.forward, last.turn] == pytest.approx(
             case["last"], abs=1e-9
         )
-
-
-def test_what_the_robot_says_takes_the_place_of_what_was_sent_before() -> None:
-    history = CommandHistory()
-    history.followed(Command(10.0, 0.0, 0.0), 1.0)
-    history.sent(Command(10.3, 0.5, 0.2))
-    history.sent(Command(10.6, 0.0, 0.0))
-    history.followed(Command(10.1, 0.0, 0.0), 0.5)
-    assert history.commands()[2:] == [Command(10.3, 0.25, 0.1), Command(10.6, 0.0, 0.0)]
-    history.followed(Command(10.45, 0.25, 0.1), 0.5)
-    assert history.commands()[2:] == [Command(10.45, 0.25, 0.1), Command(10.6, 0.0, 0.0)]
-    history.followed(Command(13.0, 0.0, 0.0), 1.0)
-    assert history.commands() == [Command(13.0, 0.0, 0.0)]
-    history.followed(Command(0.1, 0.0, 0.0), 1.0)
-    assert history.commands() == [Command(0.1, 0.0, 0.0)]
