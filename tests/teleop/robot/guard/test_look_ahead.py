@@ -32,7 +32,9 @@ def test_motion_goes_on_until_the_robot_would_be_too_near_to_what_it_saw(
     for _ in range(10):
         drive.tick(drive.simulation.stamp, ())
     assert drive.guard is not None
-    assert LookAhead(drive.guard).time(Twist.planar(forward, turn)) == pytest.approx(ahead, abs=0.05)
+    assert LookAhead(drive.guard).time(Twist.planar(forward, turn)) == pytest.approx(
+        ahead, abs=0.05
+    )
 
 
 def test_another_command_is_looked_at_at_once_and_the_same_one_after_five_ticks(
