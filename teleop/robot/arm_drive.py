@@ -3,9 +3,13 @@
 from __future__ import annotations
 
 import math
+from typing import Final
+
+import numpy as np
 
 from robot_sim.arm.arm_plant import ArmPlant
 from robot_sim.arm.clearance import Clearance
+from robot_sim.arm.kinematics import Kinematics
 from robot_sim.simulation import Simulation
 from teleop.robot.arm.arm_commands import (
     Alive,
@@ -22,9 +26,15 @@ from teleop.robot.arm.arm_control import ArmControl
 from teleop.robot.arm.arm_fit import ArmFit
 from teleop.robot.arm.arm_settings import ArmSettings, Permit
 from teleop.robot.arm.arm_state import ArmState
+from teleop.robot.guard.outline import Box
 from teleop.robot.inbox import ArmWish
 from teleop.robot.safety.safety import Safety
 from teleop.robot.safety.speed_limits import SpeedLimits
+
+_THICK: Final = 0.05
+"""What an arm is thick around the line through its joints [m]: half the width of its widest servo and bracket, 0.08 m."""
+_TURNED: Final = 0.01
+"""Turn of a joint that moves an outline by less than a centimetre [rad]."""
 
 
 class ArmDrive:
@@ -38,6 +48,10 @@ class ArmDrive:
         self._plant: ArmPlant = plant
         self._safety, self._clearance = safety, Clearance(fit.table, fit.mount)
         plant.show(self._clearance, "")
+        self._kinematics, self._base = Kinematics(fit.table), fit.base_from_arm_base
+        self._angles = plant.reading.angles
+        self.outline = self._measured_outline()
+        """What of the robot's surroundings it takes up."""
         self._control = ArmControl(fit, self._clearance, plant.reading, settings)
 
     def obey(self, message: ArmWish, now: int) -> str | None:
@@ -74,6 +88,12 @@ class ArmDrive:
             control.note_refusal()
         return why
 
+    def stop_for(self, reason: str) -> None:
+        """Stop whatever moves the arm; everybody must show that they know before they move it again."""
+        if self._control.busy:
+            self._safety.arm.stop(reason)
+            self._control.block(reason)
+
     def disconnected(self, client: str) -> None:
         """Note that a client has left."""
         self._control.disconnected(client)
@@ -104,10 +124,22 @@ class ArmDrive:
 
     def measure(self) -> ArmState:
         """Return the arm's state after the tick, and limit the speed of the vehicle for it."""
-        state = self._control.measure(self._plant.reading)
+        reading = self._plant.reading
+        state = self._control.measure(reading)
+        if np.abs(reading.angles - self._angles).max() > _TURNED:
+            self._angles = reading.angles
+            self.outline = self._measured_outline()
         narrow = math.isfinite(state.speed_limit) or math.isfinite(state.turn_limit)
         self._safety.narrow = SpeedLimits(state.speed_limit, state.turn_limit) if narrow else None
         return state
+
+    def _measured_outline(self) -> Box:
+        """Return a box around the arm, as seen from above, in ``base_link``; outwards to whole centimetres."""
+        joints = self._kinematics.frames(self._angles)[:, :3, 3]
+        xy = (joints @ self._base.rotation.T + self._base.position)[:, :2]
+        low = np.floor(100.0 * (xy.min(axis=0) - _THICK)) / 100.0
+        high = np.ceil(100.0 * (xy.max(axis=0) + _THICK)) / 100.0
+        return Box(float(low[0]), float(high[0]), float(low[1]), float(high[1]))
 
 
 def _arrival(message: ArmWish, now: int) -> int:

@@ -13,7 +13,7 @@ from teleop.robot.arm.arm_commands import REPLACED
 from teleop.robot.attitude_filter import AttitudeFilter
 from teleop.robot.guard.guard import Guard
 from teleop.robot.guard.look_ahead import LookAhead
-from teleop.robot.guard.verdict import OFF, GuardState, GuardVerdict
+from teleop.robot.guard.verdict import OFF, GuardVerdict
 from teleop.robot.inbox import (
     ArmWish,
     Ask,
@@ -106,8 +106,11 @@ class Drive:
         dated = tuple(self._dated(message) for message in inbox)
         self.steps.steer(now, self.simulation.stamp, self.simulation.condition)
         verdict = self._guarded(now)
+        self.steps.take_verdict(now, verdict)
         if self.arm is not None:
             with self._stage("arm"):
+                if self.guard is not None and (why := self.guard.comes_to_arm):
+                    self.arm.stop_for(why)
                 self.arm.tick(now)
         with self._stage("simulation"):
             self.simulation.command(verdict.twist)
@@ -115,7 +118,7 @@ class Drive:
         self.steps.take_readings(sensed)
         if self.guard is not None:
             with self._stage("guard"):
-                self.guard.take(sensed)
+                self.guard.take(sensed, None if self.arm is None else self.arm.outline)
         arm = None
         if self.arm is not None:
             with self._stage("arm"):
@@ -179,6 +182,11 @@ class Drive:
         if self.guard is not None:
             self.guard.take_estimate(estimate)
 
+    def forget_surroundings(self) -> None:
+        """Note that somebody has set the robot down elsewhere: nothing that the guard remembers is here."""
+        if self.guard is not None:
+            self.guard.forget()
+
     def server_lost(self, why: str) -> None:
         """Note that what connects the clients has stopped: the robot brakes, and their steps are gone."""
         self.steps.server_lost()
@@ -203,7 +211,6 @@ class Drive:
             )
             if self._look_ahead is not None and not verdict.overridden_by:
                 verdict = replace(verdict, ahead=self._look_ahead.time(asked))
-        self.steps.guarded(verdict.reason if verdict.state is GuardState.STOPPED else "", now)
         if verdict.disarm:
             self.safety.halt(verdict.disarm)
             return replace(verdict, twist=self.safety.command(now))

@@ -145,7 +145,7 @@ async def _serve_in_real_time(
         drive = build_drive(RobotParts.of(world, config))
         simulation = drive.simulation
         if config.playground:
-            drive.playground = Playground(simulation)
+            drive.playground = Playground(simulation, drive.forget_surroundings)
         for_estimator = EstimatorSetup(
             cloud,
             simulation.mounts,

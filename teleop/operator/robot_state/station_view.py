@@ -59,6 +59,7 @@ class StationView:
         self.health, self.reasons = "", ""
         self.control, self.controller, self.control_reason = "", "", ""
         self._commands: Facts = {}
+        self._guard: Notice | None = None
         self._active: frozenset[str] = frozenset()
         self.map = ""
         """What is known of the robot's map, in words."""
@@ -91,6 +92,7 @@ class StationView:
                 self.control, self.controller = str(message["state"]), str(message["controller"])
                 self.control_reason = str(message["reason"])
                 self._commands = _command_facts(message)
+                self._guard = _guard_notice(message)
                 if self.controller:
                     self._changed("driver", self.controller, f"{self.controller} drives")
         return anew
@@ -171,6 +173,8 @@ class StationView:
         found: list[Notice] = [alarm for alarm in alarms if alarm.group != "link"]
         if not any(alarm.group == "place" for alarm in alarms):
             found.append(self._place(now))
+        if self._guard is not None and not self.ages.stale("/teleop/state", now):
+            found.append(self._guard)
         return tuple(sorted(found, key=lambda notice: -notice.severity))
 
     def _place(self, now: int) -> Notice:
@@ -249,11 +253,19 @@ def _trip_words(trip: float | None) -> str:
     return "round trip " + ("unknown" if trip is None else f"{1e3 * trip:.0f} ms")
 
 
+def _guard_notice(state: Mapping[str, Any]) -> Notice | None:
+    """Return what the robot's guard does, and why; None if it does nothing."""
+    what, why = str(state.get("guard", "")), str(state.get("guard_reason", ""))
+    severity = {"slowed": Severity.INFO, "stopped": Severity.WARNING}.get(what)
+    return None if severity is None else Notice(severity, f"Guard: {why}")
+
+
 def _command_facts(state: Mapping[str, Any]) -> Facts:
-    """Return how late the driver's commands reach the robot, and what it does about it."""
+    """Return how late the driver's commands reach the robot, what it does about it, and who has switched its guard off."""
     age = float(state.get("link_age", 0.0))
     slow, refuse = float(state.get("slow_above", 0.0)), float(state.get("refuse_above", 0.0))
     if not str(state["controller"]):
         return {}
+    by = str(state.get("guard_overridden_by", ""))
     late = "refused" if 0.0 < refuse < age else "slowed" if 0.0 < slow < age else ""
-    return {"commands": late, "command_age": age}
+    return {"commands": late, "command_age": age, "guard_off_by": by}

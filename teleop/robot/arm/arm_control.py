@@ -131,6 +131,10 @@ class ArmControl:
         """Stop and hold, whatever moves the arm."""
         self._end(reason, GoalOutcome.CANCELLED)
 
+    def block(self, reason: str) -> None:
+        """Stop and hold for something in the way."""
+        self._end(reason, GoalOutcome.BLOCKED)
+
     def confirm(self, client: str, held: bool, arrival: int) -> None:
         """Note that the driver confirms a motion that runs only while it does, or does not any more."""
         self._confirmed = (client, arrival) if held else None
@@ -161,8 +165,12 @@ class ArmControl:
     @property
     def restless(self) -> bool:
         """Whether it must look around in the coming tick: always while something moves it, seldom otherwise."""
-        busy = self._stream is not None or self._desk.arm is not None or not self._motion.resting
-        return busy or self._ticks % _SELDOM == 0
+        return self.busy or not self._motion.resting or self._ticks % _SELDOM == 0
+
+    @property
+    def busy(self) -> bool:
+        """Whether a client moves it."""
+        return self._stream is not None or self._desk.arm is not None
 
     @property
     def held(self) -> str:
@@ -289,7 +297,7 @@ class ArmControl:
 
     def _give_way(self) -> None:
         """Bring joints that bear too much past where they are, and end what moved the arm."""
-        moved = self._stream is not None or self._desk.arm is not None
+        moved = self.busy
         self._end(self._load.words, GoalOutcome.BLOCKED)
         if moved:
             self.stopped = self._load.words

@@ -12,6 +12,7 @@ from __future__ import annotations
 import math
 from collections import deque
 from collections.abc import Iterable, Mapping
+from dataclasses import replace
 from typing import Final
 
 import numpy as np
@@ -21,7 +22,7 @@ from robot_sim import Condition, DriveConfig, SkidSteer
 from teleop.robot.guard.braking import Ramps
 from teleop.robot.guard.limits import Senses, limits
 from teleop.robot.guard.odometry import Odometry
-from teleop.robot.guard.outline import Outline
+from teleop.robot.guard.outline import Box, Outline
 from teleop.robot.guard.rule import Room, Rule
 from teleop.robot.guard.settings import CREEP, GuardConfig
 from teleop.robot.guard.surroundings import REACH, Points, Surroundings
@@ -34,6 +35,10 @@ _CREEPING: Final = (CREEP, 0.3)
 """Of these the largest forward speed and turn rate."""
 _OLDEST: Final = SECOND
 """Age of a command that is counted at most [ns]; older ones are refused before they come here."""
+
+
+_SOMEBODY: Final = 2
+"""Points that must have come to where nothing was until somebody counts as coming: at 1.5 m a leg has four."""
 
 
 class Guard:
@@ -75,10 +80,28 @@ class Guard:
         self._held = False
         self._stall = (-SECOND, -SECOND)
         self._scans: deque[Scan] = deque()
+        self.comes_to_arm = ""
+        """Who comes near the arm, in words; empty if nobody does."""
         self._clearance, self._clear_at = (0.0, 0.0), self._odometry.pose
 
-    def take(self, readings: Iterable[Reading]) -> None:
-        """Take the readings of a tick; of scans that end together, one a tick."""
+    def forget(self) -> None:
+        """Forget what was seen: the robot has been set down elsewhere."""
+        self._surroundings.forget()
+        self._odometry.forget_trail()
+        self._scans.clear()
+        self._clearance = (0.0, 0.0)
+
+    def take(self, readings: Iterable[Reading], arm: Box | None = None) -> None:
+        """Take the readings of a tick; of scans that end together, one a tick.
+
+        Args:
+            readings: What was measured.
+            arm: A box around the arm, if there is one.
+        """
+        if arm != self.outline.arm:
+            self.outline = replace(self.outline, arm=arm)
+            self.rule = replace(self.rule, outline=self.outline)
+            self._clearance = (0.0, 0.0)
         for reading in readings:
             if isinstance(reading, Scan):
                 self._scans.append(reading)
@@ -221,6 +244,17 @@ class Guard:
             float(gaps[points.moving].min(initial=math.inf)),
         )
         self._clear_at = self._odometry.pose
+        self.comes_to_arm = self._nearest_to_arm(points)
+
+    def _nearest_to_arm(self, points: Points) -> str:
+        """Return that somebody comes near the arm of a robot that stands, in words; empty if nobody does."""
+        if self.outline.arm is None or not self._odometry.stands:
+            return ""
+        comes = points.of(points.moving)
+        gaps = self.outline.gaps_to_arm(comes.xy)
+        if np.count_nonzero(gaps < self.config.arm_zone) < _SOMEBODY:
+            return ""
+        return f"somebody comes near the arm: {max(float(gaps.min()), 0.0):.1f} m"
 
     def _look_around(self, condition: Condition) -> Ways:
         """Return which way is free; where it is narrow, each tick one of the four is looked at."""

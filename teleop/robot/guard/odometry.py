@@ -45,7 +45,9 @@ class Odometry:
         self._gyro_stamp = -SECOND
         self._trail: deque[tuple[float, float, float]] = deque([self.pose])
         self._wheel_stamp = 0
-        self._stands, self._bias, self._rested = False, 0.0, 0
+        self._bias, self._rested = 0.0, 0
+        self.stands = False
+        """Whether the wheels stand."""
 
     def add(self, reading: Reading) -> None:
         """Add a reading of wheels or gyro; others are ignored."""
@@ -61,7 +63,7 @@ class Odometry:
         elif isinstance(reading, WheelSpeeds):
             dt = (reading.stamp - self._wheel_stamp) / SECOND
             self._wheel_stamp = reading.stamp
-            self._stands = max(abs(reading.left), abs(reading.right)) < _STANDS
+            self.stands = max(abs(reading.left), abs(reading.right)) < _STANDS
             forward = 0.5 * (reading.left + reading.right)
             turn = (reading.right - reading.left) / self._track
             x, y = x + forward * dt * math.cos(yaw), y + forward * dt * math.sin(yaw)
@@ -86,7 +88,7 @@ class Odometry:
 
         Unless it is taken away, what is remembered turns around a robot that stands: by 6 degrees in ten seconds.
         """
-        if self._stands and abs(rate - self._bias) < _BIAS:
+        if self.stands and abs(rate - self._bias) < _BIAS:
             self._rested = min(self._rested + 1, _LEARNT)
             self._bias += (rate - self._bias) / self._rested
             return 0.0
@@ -103,6 +105,10 @@ class Odometry:
         c, s = math.cos(yaw), math.sin(yaw)
         dx, dy = points[:, 0] - x, points[:, 1] - y
         return np.stack((c * dx + s * dy, c * dy - s * dx), -1)
+
+    def forget_trail(self) -> None:
+        """Forget the path just driven."""
+        self._trail = deque([self.pose])
 
     def driven_over(self, points: FloatArray) -> NDArray[np.bool_]:
         """Return which points (N, 2) of the plane the robot has covered on the path just driven."""

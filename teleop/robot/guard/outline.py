@@ -4,15 +4,29 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
 from localization.geometry import FloatArray
 
 
+class Box(NamedTuple):
+    """A rectangle along the axes of ``base_link``."""
+
+    rear: float
+    """Its smallest x [m]."""
+    front: float
+    """Its largest x [m]."""
+    right: float
+    """Its smallest y [m]."""
+    left: float
+    """Its largest y [m]."""
+
+
 @dataclass(frozen=True, slots=True)
 class Outline:
-    """A rectangle around the robot in ``base_link``."""
+    """A rectangle around the robot in ``base_link``, and one around its arm."""
 
     front: float
     """Distance of the front from ``base_link`` [m]."""
@@ -20,6 +34,8 @@ class Outline:
     """Distance of the rear from it [m]."""
     half_width: float
     """Half its width, wheels included [m]."""
+    arm: Box | None = None
+    """Around the arm; None without one."""
 
     def __post_init__(self) -> None:
         for name in ("front", "rear", "half_width"):
@@ -29,7 +45,11 @@ class Outline:
     @property
     def radius(self) -> float:
         """Distance of its farthest corner from ``base_link`` [m]."""
-        return math.hypot(max(self.front, self.rear), self.half_width)
+        hull = math.hypot(max(self.front, self.rear), self.half_width)
+        if self.arm is None:
+            return hull
+        rear, front, right, left = self.arm
+        return max(hull, math.hypot(max(-rear, front), max(-right, left)))
 
     def gaps(self, poses: FloatArray, points: FloatArray) -> FloatArray:
         """Return the distances (..., N) of points from the outline at poses [m], negative inside it.
@@ -41,12 +61,15 @@ class Outline:
         dx = points[:, 0] - poses[..., 0:1]
         dy = points[:, 1] - poses[..., 1:2]
         c, s = np.cos(poses[..., 2:3]), np.sin(poses[..., 2:3])
-        middle, half_length = 0.5 * (self.front - self.rear), 0.5 * (self.front + self.rear)
-        ahead = np.abs(c * dx + s * dy - middle) - half_length
-        aside = np.abs(c * dy - s * dx) - self.half_width
-        gap: FloatArray = np.hypot(np.maximum(ahead, 0.0), np.maximum(aside, 0.0))
-        gap += np.minimum(np.maximum(ahead, aside), 0.0)
-        return gap
+        x, y = c * dx + s * dy, c * dy - s * dx
+        gaps = _gaps(Box(-self.rear, self.front, -self.half_width, self.half_width), x, y)
+        return gaps if self.arm is None else np.minimum(gaps, _gaps(self.arm, x, y))
+
+    def gaps_to_arm(self, points: FloatArray) -> FloatArray:
+        """Return the distances (N,) of points (N, 2) in ``base_link`` from the arm [m]; infinite without one."""
+        if self.arm is None:
+            return np.full(len(points), np.inf)
+        return _gaps(self.arm, points[:, 0], points[:, 1])
 
     def swept(self, poses: FloatArray) -> FloatArray:
         """Return the corners (M, 2) of a polygon around what is covered at poses (S, 3) of one motion."""
@@ -62,3 +85,11 @@ class Outline:
         left, right = (0, 3) if forward > 0.0 else (2, 1)
         begin = tracks[0, [2, 1]] if forward > 0.0 else tracks[0, [0, 3]]
         return np.concatenate((begin[:1], tracks[:, right], tracks[::-1, left], begin[1:]))
+
+
+def _gaps(box: Box, x: FloatArray, y: FloatArray) -> FloatArray:
+    ahead = np.abs(x - 0.5 * (box.front + box.rear)) - 0.5 * (box.front - box.rear)
+    aside = np.abs(y - 0.5 * (box.left + box.right)) - 0.5 * (box.left - box.right)
+    gap: FloatArray = np.hypot(np.maximum(ahead, 0.0), np.maximum(aside, 0.0))
+    gap += np.minimum(np.maximum(ahead, aside), 0.0)
+    return gap

@@ -30,6 +30,9 @@ class GuardConfig:
     """Time until a command reaches the wheels [s]: a tick, and the lag of the servos, 0.03 s."""
     approach: float = 1.6
     """Speed at which what moves is taken to come on [m/s]: K of ISO 13855, a walking person."""
+    arm_zone: float = 1.4
+    """Distance from the arm within which whoever comes nearer stops it [m]: C of ISO 13855, at least 0.85 m, and 1.6 m/s
+    for a scan, a tick and the arm's braking, 0.35 s in all."""
     slow_scan: int = 3 * SECOND // 10
     """Silence of the horizontal scanner from which on the robot creeps [ns]."""
     late_scan: int = SECOND
@@ -45,7 +48,17 @@ class GuardConfig:
     """Time for which stalled motors push until the robot is disarmed [ns]."""
 
     def __post_init__(self) -> None:
-        for name in ("margin", "skew", "worn", "lag", "approach", "half_blind", "lost", "steep"):
+        for name in (
+            "margin",
+            "skew",
+            "worn",
+            "lag",
+            "approach",
+            "arm_zone",
+            "half_blind",
+            "lost",
+            "steep",
+        ):
             if not 0.0 < getattr(self, name) < 10.0:
                 raise SettingError(
                     f"guard {name} must be > 0 and < 10, got {getattr(self, name):g}; "

@@ -104,6 +104,11 @@ class Surroundings:
         near = away < np.where(self._points[:, 5] > 0.0, REACH, _ASIDE)
         self._points = self._points[near]
 
+    def forget(self) -> None:
+        """Forget all points: the robot stands elsewhere."""
+        self._points, self._unseen = self._points[:0], self._unseen[:0]
+        self._last = None
+
     def within(self, radius: float, odometry: Odometry) -> Points:
         """Return the points within a distance of ``base_link`` [m]."""
         xy = odometry.into_base(np.concatenate((self._points[:, :2], self._unseen)))

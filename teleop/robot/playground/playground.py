@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any, Final
 
@@ -45,9 +45,11 @@ class WorldChoice:
 class Playground(SimulatedEntities):
     """Owns whether the world stands still, and which one comes next; works off the calls of clients."""
 
-    def __init__(self, simulation: Simulation) -> None:
-        """Play with a simulation."""
-        super().__init__(lambda: simulation)
+    def __init__(
+        self, simulation: Simulation, carried: Callable[[], object] = lambda: None
+    ) -> None:
+        """Play with a simulation; ``carried`` is called when the robot has been set down elsewhere."""
+        super().__init__(lambda: simulation, carried)
         self._sim, self._start = simulation, simulation.truth().map_from_base
         self._state = State.PLAYING
         self._calls: list[WorldCall] = []
@@ -139,7 +141,7 @@ class Playground(SimulatedEntities):
             self.remove_all()
         if Scope.STATE in scope:
             try:
-                self._sim.carry_to(self._start)
+                self._carry_robot(self._start)
             except WorldError as error:
                 raise ControlError(Code.FAILED, str(error)) from None
             self._hints.append(PoseHint("", Hint(0, self._start, np.zeros((6, 6)))))

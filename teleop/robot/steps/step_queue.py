@@ -11,6 +11,7 @@ from typing import Final
 
 from localization.types import SECOND, Estimate, Reading, WheelSpeeds
 from robot_sim import Condition, DriveConfig, SkidSteer
+from teleop.robot.guard.verdict import GuardState, GuardVerdict
 from teleop.robot.inbox import DriveCommand, StepAlive, StepAnswered, StepCancel, StepGoal
 from teleop.robot.safety.safety import Safety
 from teleop.robot.step_results import ENDS_QUEUE, StepOutcome, StepReport, StepResult
@@ -21,11 +22,12 @@ from teleop.robot.steps.wheel_odometry import WheelOdometry
 MAX_STEPS: Final = 100
 """Steps that may be in the queue, with the one that is driven."""
 
-BLOCKED_FOR: Final = SECOND
-"""Time for which the guard stops a step until it ends [ns]: who walks past at 1.6 m/s (K of ISO 13855) is gone by then."""
-
 _MAX_UNANSWERED: Final = 1000
 """Results that are kept for the gateway; so many wait only if it takes none."""
+
+
+_STOPPED: Final = SECOND
+"""Time for which the guard must have stopped a step until it ends [ns]: a person who passes takes less."""
 
 
 class StepQueue:
@@ -48,11 +50,11 @@ class StepQueue:
         self._alive = 0
         self._age = 0
         self._held, self._held_at = False, 0
-        self._stopped: int | None = None
         self._estimate: Estimate | None = None
         self._unanswered: deque[StepResult] = deque(maxlen=_MAX_UNANSWERED)
         self._ended: list[StepResult] = []
         self._begun = 0
+        self._driven = 0
 
     @property
     def wants_estimates(self) -> bool:
@@ -118,15 +120,6 @@ class StepQueue:
                 self._held, self._held_at = True, max(self._held_at, arrival)
         elif request.enabled:
             self.end_all(StepOutcome.TAKEN_OVER, f"{command.client} drives by hand", now)
-
-    def guarded(self, refusal: str, now: int) -> None:
-        """Take why the guard stops the motion of this tick; empty if it does not."""
-        if not refusal or self._moving is None:
-            self._stopped = None
-        elif self._stopped is None:
-            self._stopped = now
-        elif now - self._stopped >= BLOCKED_FOR:
-            self._moving.stop(StepOutcome.BLOCKED, refusal, now)
 
     def disconnected(self, client: str, now: int) -> None:
         """End the steps of a client that has left, and forget its results: nobody waits for them."""
@@ -195,6 +188,13 @@ class StepQueue:
                 self._flush(
                     outcome, f"not begun: step {number} before it ended with {outcome.value}"
                 )
+
+    def take_verdict(self, now: int, verdict: GuardVerdict) -> None:
+        """End the step that the guard has stopped for a second."""
+        if self._moving is None or verdict.state is not GuardState.STOPPED:
+            self._driven = now
+        elif now - self._driven > _STOPPED:
+            self._moving.stop(StepOutcome.GUARD, verdict.reason, now)
 
     def take_readings(self, readings: Iterable[Reading]) -> None:
         """Take the readings of the tick."""

@@ -24,9 +24,16 @@ _REST = Twist(np.zeros(3), np.zeros(3))
 class SimulatedEntities:
     """Half of a ``WorldControl``; owns the names of what was spawned."""
 
-    def __init__(self, simulation: Callable[[], Simulation]) -> None:
-        """Take the simulation, which a reset may replace."""
-        self._simulation = simulation
+    def __init__(
+        self, simulation: Callable[[], Simulation], carried: Callable[[], object] = lambda: None
+    ) -> None:
+        """Take the simulation, which a reset may replace.
+
+        Args:
+            simulation: Returns it.
+            carried: Called when the robot has been set down elsewhere.
+        """
+        self._simulation, self._carried = simulation, carried
         self._spawned: dict[str, Spare] = {}
 
     @property
@@ -107,12 +114,16 @@ class SimulatedEntities:
             **{name: (pose, ("navigation_goal",)) for name, pose in world.places.items()},
         }
 
+    def _carry_robot(self, map_from_base: Pose) -> None:
+        self._simulation().carry_to(map_from_base)
+        self._carried()
+
     def _put(self, name: str, pose: Pose, invalid: int) -> None:
         simulation = self._simulation()
         at = _placement(simulation.world, pose, invalid)
         try:
             if name == ROBOT:
-                simulation.carry_to(standing_pose(simulation.world, at.x, at.y, at.yaw))
+                self._carry_robot(standing_pose(simulation.world, at.x, at.y, at.yaw))
             else:
                 spare = self._spawned[name]
                 _refuse_robot(simulation, spare, at, invalid)

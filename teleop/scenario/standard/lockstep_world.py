@@ -38,7 +38,9 @@ class LockstepWorld(SimulatedEntities):
                 paused.
         """
         self._tick: Callable[[], TickRecord | None] = stepped.tick if tick is None else tick
-        super().__init__(lambda: stepped.robot.simulation)
+        super().__init__(
+            lambda: stepped.robot.simulation, lambda: stepped.robot.drive.forget_surroundings()
+        )
         self._stepped, self._restart = stepped, restart
         self._start = self._sim.truth().map_from_base
         self._state = State.PLAYING if playing else State.PAUSED
@@ -134,6 +136,6 @@ class LockstepWorld(SimulatedEntities):
             self.remove_all()
         if Scope.STATE in scope:
             try:
-                self._sim.carry_to(self._start)
+                self._carry_robot(self._start)
             except WorldError as error:
                 raise ControlError(Code.FAILED, str(error)) from None

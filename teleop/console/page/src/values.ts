@@ -165,6 +165,26 @@ export interface ControlState {
   /** Number of the client that asks for the robot; 0 if none does. */
   readonly asking: number;
   readonly askingName: string;
+  /** What the guard does to what is asked for, and why. */
+  readonly guard: "free" | "slowed" | "stopped" | "off";
+  readonly guardReason: string;
+  /** Who has switched the guard off; empty if nobody has. */
+  readonly guardOffBy: string;
+}
+
+/** What limits the robot, in `base_link` [m]: `/teleop/guard`. */
+export interface GuardZone {
+  readonly stopped: boolean;
+  /** Corners of what would be swept until the robot stands. */
+  readonly outline: readonly Spot[];
+  /** Of the obstacle that decides. */
+  readonly point?: Spot;
+}
+
+/** A spot on the floor [m]. */
+export interface Spot {
+  readonly x: number;
+  readonly y: number;
 }
 
 /** What this connection is to the robot: `/teleop/session`. */

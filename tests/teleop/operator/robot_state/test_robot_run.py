@@ -313,6 +313,20 @@ def test_slow_link_is_no_lost_one_while_messages_come() -> None:
     assert view.figures(3 * SECOND)[0] == "round trip 3000 ms"
 
 
+@pytest.mark.parametrize(
+    ("guard", "severity"), [("slowed", Severity.INFO), ("stopped", Severity.WARNING)]
+)
+def test_station_says_what_the_guard_does_until_that_is_old(guard: str, severity: Severity) -> None:
+    view, words = _view(), "0.3 m/s: obstacle 0.9 m ahead"
+    state = control("armed") | {"guard": guard, "guard_reason": words}
+    view.received("/teleop/state", state, 0)
+    said = Notice(severity, f"Guard: {words}")
+    assert said in view.notices(100 * _MS)
+    assert said not in view.notices(2 * SECOND)
+    view.received("/teleop/state", state | {"guard": "free", "guard_reason": ""}, 3 * SECOND)
+    assert said not in view.notices(3 * SECOND)
+
+
 def test_station_that_never_connected_has_lost_nothing() -> None:
     assert StationView(EventList()).link(9 * SECOND) == Notice(Severity.STALE, "Not connected yet")
 

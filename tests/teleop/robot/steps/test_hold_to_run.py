@@ -79,7 +79,7 @@ def test_step_ends_with_the_guards_reason_a_second_after_it_was_stopped(rigs: Ri
     client.goal("a", distance=3.0)
     client.goal("b", distance=0.1)
     record = rig.until(client.results)
-    assert client.results() == [("a", "blocked"), ("b", "blocked")]
+    assert client.results() == [("a", "guard"), ("b", "guard")]
     message = client.result("a")["values"]["message"]
     assert message.startswith("stopped: ")
     assert message.endswith("m ahead")

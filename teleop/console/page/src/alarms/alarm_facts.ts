@@ -38,6 +38,7 @@ export function alarmFacts(
     // The first clause of the first reason: the whole ones stand in the panel of the place.
     reason: status?.reasons[0]?.split(";")[0],
     estop: control?.estop,
+    guard_off_by: control?.guardOffBy,
     blocked: blockedFor(state, now),
     ...bumpFacts(state.bumpers.peek(), now),
     drive_level: state.driveTrouble.peek()?.level,

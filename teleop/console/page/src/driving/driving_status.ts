@@ -95,6 +95,9 @@ function guarded(view: RobotView, own: OwnInput): DrivingStatus {
   if (mine && slowAbove > 0 && linkAge > slowAbove) {
     return status(true, texts.slower(linkAge), "warn");
   }
+  if (own.driving && (control.guard === "slowed" || control.guard === "stopped")) {
+    return status(true, [texts.guarded(control.guardReason), ""], "warn");
+  }
   if (own.driving) {
     return status(true, control.armed ? texts.status.driving : texts.status.starting, "good");
   }

@@ -3,7 +3,7 @@
 import { placesInQuestion } from "../robot/places";
 import type { RobotState } from "../robot/robot_state";
 import type {
-  Bumpers, CloudPoints, ControlState, DriveTrouble, GridMap, HintVerdict, LocalizationStatus, MapInfo, Pose,
+  Bumpers, CloudPoints, ControlState, DriveTrouble, GridMap, GuardZone, HintVerdict, LocalizationStatus, MapInfo, Pose,
 } from "../values";
 import type { CameraPictures } from "./camera_pictures";
 import type { Kind } from "./message_intake";
@@ -14,7 +14,7 @@ import {
   type Transform,
 } from "./message_checks/pose_messages";
 import {
-  readBumpers, readControl, readDescription, readDriveTrouble, readMapInfo, readStatus, readVerdict, readVideoSources,
+  readBumpers, readControl, readDescription, readDriveTrouble, readGuard, readMapInfo, readStatus, readVerdict, readVideoSources,
 } from "./message_checks/robot_messages";
 import { readCompressedImage, readJoints, readLaserScan, readOccupancyGrid } from "./message_checks/sensor_messages";
 import type { RobotPicture } from "./robot_picture";
@@ -35,6 +35,7 @@ export interface MessageKinds {
   readonly verdict: Kind<HintVerdict>;
   readonly candidates: Kind<readonly Pose[]>;
   readonly control: Kind<ControlState>;
+  readonly guard: Kind<GuardZone | undefined>;
   readonly bumpers: Kind<Omit<Bumpers, "receivedAt">>;
   readonly driveTrouble: Kind<DriveTrouble | undefined>;
   readonly mapInfo: Kind<MapInfo>;
@@ -152,6 +153,12 @@ export function messageKinds({ state, picture, pictures, mapInfo, control, compl
         control();
         state.control.value = value;
         state.controlAt.value = now;
+      },
+    },
+    guard: {
+      read: readGuard,
+      use: (zone) => {
+        state.guard.value = zone;
       },
     },
     bumpers: {

@@ -2,7 +2,7 @@
 
 import { signal, type ReadonlySignal, type Signal } from "@preact/signals";
 import type {
-  Attitude, Bumpers, CameraImage, CloudPoints, ControlState, DriveTrouble, GridMap, HintVerdict, LocalizationStatus,
+  Attitude, Bumpers, CameraImage, CloudPoints, ControlState, DriveTrouble, GridMap, GuardZone, HintVerdict, LocalizationStatus,
   MapInfo, MapPoints, MeasuredMotion, NearestObstacle, PlaceInQuestion, PlanarCovariance, Session, StampedPose,
 } from "../values";
 
@@ -52,6 +52,8 @@ export interface RobotState {
   /** When `control` came [ms]. */
   readonly controlAt: Signal<number | undefined>;
   readonly bumpers: Signal<Bumpers | undefined>;
+  /** What the guard keeps free; undefined while it limits nothing. */
+  readonly guard: Signal<GuardZone | undefined>;
   readonly driveTrouble: Signal<DriveTrouble | undefined>;
   /** By the poses in the map: neither what was asked for nor what the wheels did. */
   readonly motion: Signal<MeasuredMotion | undefined>;
@@ -98,6 +100,7 @@ export function unknownState(): RobotState {
     control: signal(undefined),
     controlAt: signal(undefined),
     bumpers: signal(undefined),
+    guard: signal(undefined),
     driveTrouble: signal(undefined),
     motion: signal(undefined),
     blockedSince: signal(undefined),

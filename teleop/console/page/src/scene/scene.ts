@@ -194,7 +194,7 @@ export class Scene {
     on(() => { this.#world.robot.setTruth(state.truth.value); });
     on(() => { this.#world.names.set(state.mapInfo.value?.places ?? [], COLOURS[settings.theme.value]); });
     on(() => { this.plan.value = this.built.value ? planImage(this.#world.building, COLOURS[settings.theme.value]) : undefined; });
-    on(() => { this.#world.nearest.set(this.stale.value || this.late.value ? undefined : state.nearest.value, this.#world.robot.box); });
+    on(() => { this.#world.warn(this.stale.value || this.late.value ? {} : { nearest: state.nearest.value, guard: state.guard.value }); });
     on(() => { this.#paint(); });
     on(() => { depend(state.description); this.#world.hypotheses.set(state.candidates.value, this.#world.robot.box, COLOURS[settings.theme.value]); });
     const [hasCloud, hasTruth] = [computed(() => state.cloud.value !== undefined), computed(() => state.truth.value !== undefined)];

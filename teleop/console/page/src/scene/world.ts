@@ -1,7 +1,7 @@
 /** All that is in the picture, layer by layer, without any signal: how it is painted, shown and freed. */
 
 import { Group } from "three";
-import type { PlanarPose } from "../values";
+import type { GuardZone, NearestObstacle, PlanarPose } from "../values";
 import type { Bounds } from "./geometry";
 import { Ghost, type GhostQuality } from "./ghost";
 import { BuildingLayer } from "./building_layer";
@@ -9,6 +9,7 @@ import { GridLayer } from "./grid_layer";
 import { Hypotheses } from "./hypotheses";
 import { LivePoints } from "./live_points";
 import { MapLayer } from "./map_layer";
+import { GuardZoneLayer } from "./guard_zone";
 import { NearestArc } from "./nearest_arc";
 import type { SceneColours } from "./palette";
 import { PlaceNames } from "./place_names";
@@ -64,6 +65,7 @@ export class World {
   readonly live = new LivePoints();
   readonly robot = new RobotLayer();
   readonly nearest = new NearestArc();
+  readonly guard = new GuardZoneLayer();
   readonly hypotheses = new Hypotheses();
   readonly waiting = new NotLocatedRing();
   readonly names = new PlaceNames();
@@ -79,7 +81,7 @@ export class World {
       this.names,
     ];
     this.object.add(...layers.map((layer) => layer.object));
-    this.robot.body.add(this.nearest.line.object);
+    this.robot.body.add(this.nearest.line.object, this.guard.line.object);
   }
 
   /** Bounds of what is known of the place [m]. */
@@ -99,6 +101,7 @@ export class World {
     this.#ghost.setColours(colours, this.#proposed?.quality ?? "unknown");
     this.waiting.setColours(colours);
     this.nearest.setColours(colours);
+    this.guard.setColours(colours);
   }
 
   /** Show the layers that are wanted, as far as there is something to be shown. */
@@ -112,6 +115,12 @@ export class World {
     this.names.object.visible = layers.names;
     this.live.show(layers.cloud && withCloud, layers.cloud && !withCloud, layers.oldSweeps && has.place);
     this.robot.show({ ...layers, covariance: layers.covariance && outside }, outside && has.truth);
+  }
+
+  /** Show what is near, and what the guard keeps free. */
+  warn({ nearest, guard }: { readonly nearest?: NearestObstacle | undefined; readonly guard?: GuardZone | undefined }): void {
+    this.nearest.set(nearest, this.robot.box);
+    this.guard.set(guard);
   }
 
   /** Propose a pose, or none. */
@@ -168,7 +177,7 @@ export class World {
 
   dispose(): void {
     this.hypotheses.clear();
-    for (const part of [this.map, this.building, this.grid, this.live, this.robot, this.#ghost, this.waiting, this.nearest.line, this.names]) {
+    for (const part of [this.map, this.building, this.grid, this.live, this.robot, this.#ghost, this.waiting, this.nearest.line, this.guard.line, this.names]) {
       part.dispose();
     }
   }

@@ -121,6 +121,7 @@ export const drivingTexts = {
     [`Commands arrive ${seconds(age)} late: the robot refuses them.`, "Let go, and wait for a faster connection."],
   slower: (age: number): readonly [string, string] =>
     [`Commands arrive ${seconds(age)} late: the robot drives slower.`, "Go nearer to the access point, or switch the picture to lean."],
+  guarded: (reason: string): string => `Guard: ${reason}.`,
   because: (reason: string) => `The robot says: ${reason}.`,
 
   // The robot's reasons

@@ -63,7 +63,7 @@ describe("tilt", () => {
 describe("who asks for the robot", () => {
   const control: ControlState = {
     stamp: 1, state: "armed", reason: "", controller: "client 4 (127.0.0.1:53284)", armed: true, estop: false, commandAge: 0,
-    linear: 0, angular: 0, linkAge: 0, slowAbove: 0.5, refuseAbove: 1, asking: 7, askingName: "anna",
+    linear: 0, angular: 0, linkAge: 0, slowAbove: 0.5, refuseAbove: 1, asking: 7, askingName: "anna", guard: "free", guardReason: "", guardOffBy: "",
   };
   const session: Session = {
     client: 4, name: "client 4 (127.0.0.1:53284)", role: "", tokens: false,

@@ -6,7 +6,7 @@ import type { ControlState, LocalizationStatus, Severity } from "../../src/value
 
 const CONTROL: ControlState = {
   stamp: 1, state: "idle", reason: "", controller: "", armed: false, estop: false, commandAge: 0,
-  linear: 0, angular: 0, linkAge: 0, slowAbove: 0.5, refuseAbove: 1, asking: 0, askingName: "",
+  linear: 0, angular: 0, linkAge: 0, slowAbove: 0.5, refuseAbove: 1, asking: 0, askingName: "", guard: "free", guardReason: "", guardOffBy: "",
 };
 const STATUS: LocalizationStatus = { stamp: 1, health: "tracking", reasons: [], fit: 1, positionSigma: 0.01, headingSigma: 0.01 };
 

@@ -60,6 +60,7 @@ describe("the driving status", () => {
     ["a tab that was hidden", { own: { stopped: "Stopped: the tab was hidden." } }, true, /tab was hidden/, /Press again/],
     ["late commands", { control: { ...MINE, linkAge: 0.7 }, own: { driving: true } }, true, /0\.7 s late.*slower/, /lean/],
     ["commands that are too late", { control: { ...MINE, linkAge: 1.2 } }, false, /1\.2 s late.*refuses/, /Let go/],
+    ["the guard that slows down", { control: { ...MINE, guard: "slowed", guardReason: "0.3 m/s: obstacle 0.9 m ahead" }, own: { driving: true } }, true, /^Guard: 0\.3 m\/s: obstacle 0\.9 m ahead\.$/, /^$/],
     ["limits that are switched off", { control: { ...MINE, linkAge: 9, slowAbove: 0, refuseAbove: 0 }, own: { driving: true } }, true, /You drive/, /^$/],
     ["driving", { control: MINE, own: { driving: true } }, true, /You drive/, /^$/],
     ["a robot that arms", { own: { driving: true } }, true, /gets ready/, /Hold on/],

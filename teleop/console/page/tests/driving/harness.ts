@@ -24,7 +24,7 @@ export const SESSION: Session = {
 
 export const CONTROL: ControlState = {
   stamp: 1, state: "idle", reason: "no driver yet", controller: "", armed: false, estop: false,
-  commandAge: 0, linear: 0, angular: 0, linkAge: 0, slowAbove: 0.5, refuseAbove: 1, asking: 0, askingName: "",
+  commandAge: 0, linear: 0, angular: 0, linkAge: 0, slowAbove: 0.5, refuseAbove: 1, asking: 0, askingName: "", guard: "free", guardReason: "", guardOffBy: "",
 };
 
 export interface FakePad {

@@ -210,7 +210,7 @@ describe("Esc while the robot moves", () => {
     state.mapFromBase.value = stamped(5, 6, 1);
     state.control.value = {
       stamp: 1, state: "armed", reason: "", controller: "client 4", armed: true, estop: false, commandAge: 0,
-      linear: 0.3, angular: 0, linkAge: 0, slowAbove: 0.5, refuseAbove: 1, asking: 0, askingName: "",
+      linear: 0.3, angular: 0, linkAge: 0, slowAbove: 0.5, refuseAbove: 1, asking: 0, askingName: "", guard: "free", guardReason: "", guardOffBy: "",
     };
     const stop = vi.fn();
     window.addEventListener("keydown", stop);

@@ -13,7 +13,7 @@ function pose(stamp: number, x: number): StampedPose {
 function asked(linear: number): ControlState {
   return {
     stamp: 0, state: "armed", reason: "", controller: "me", armed: true, estop: false, commandAge: 0, linear, angular: 0,
-    linkAge: 0, slowAbove: 0, refuseAbove: 0, asking: 0, askingName: "",
+    linkAge: 0, slowAbove: 0, refuseAbove: 0, asking: 0, askingName: "", guard: "free", guardReason: "", guardOffBy: "",
   };
 }
 

@@ -1,12 +1,14 @@
 /** Messages of a Farsteer robot's own types. */
 
-import type { Bumpers, ControlState, DriveTrouble, Health, HintVerdict, LocalizationStatus, MapInfo, NamedPlace } from "../../values";
+import type { Bumpers, ControlState, DriveTrouble, GuardZone, Health, HintVerdict, LocalizationStatus, MapInfo, NamedPlace, Spot } from "../../values";
 import type { Field } from "./field";
 import { frame, headerStamp, pose, vector } from "./geometry";
 
 const HEALTH: readonly Health[] = [
   "waiting", "tracking", "degraded", "slipping", "suspect", "lost", "relocalising",
 ];
+const GUARD = ["free", "slowed", "stopped", "off"] as const;
+const MOST_CORNERS = 200;
 const SENTENCE = 1000;
 /** A model of primitive shapes has a few kB; one with meshes inside is not for this page. */
 const LONGEST_SOURCES = 64 * 1024;
@@ -75,6 +77,7 @@ export function readControl(message: Field): ControlState {
   const seconds = (name: string): number => message.at(name).within(0, 1e12);
   const asking = message.at("asking");
   const askingName = message.at("asking_name");
+  const guard = message.at("guard");
   return {
     stamp: headerStamp(message),
     state: message.at("state").word(["idle", "armed", "disarmed", "estop"]),
@@ -90,7 +93,22 @@ export function readControl(message: Field): ControlState {
     refuseAbove: seconds("refuse_above"),
     asking: asking.missing ? 0 : asking.count(0xffffffff),
     askingName: askingName.missing ? "" : askingName.text(),
+    guard: guard.missing ? "off" : guard.word(GUARD),
+    guardReason: guard.missing ? "" : message.at("guard_reason").text(SENTENCE),
+    guardOffBy: guard.missing ? "" : message.at("guard_overridden_by").text(),
   };
+}
+
+/** `farsteer_msgs/Guard`; undefined while it limits nothing. */
+export function readGuard(message: Field): GuardZone | undefined {
+  const state = message.at("state").word(GUARD);
+  if (state === "free" || state === "off") {
+    return undefined;
+  }
+  const spot = (field: Field): Spot => ({ x: field.at("x").within(-1e3, 1e3), y: field.at("y").within(-1e3, 1e3) });
+  const outline = message.at("outline").at("points").list(MOST_CORNERS).map(spot);
+  const point = message.at("has_point").boolean() ? { point: spot(message.at("point")) } : {};
+  return { stopped: state === "stopped", outline, ...point };
 }
 
 /** `farsteer_msgs/BumperState`. */

@@ -1,0 +1,111 @@
+"""What the guard means for the rest of the robot: its arm, its steps, and being carried."""
+
+from __future__ import annotations
+
+import json
+
+import numpy as np
+import pytest
+
+from localization.types import Pose
+from robot_sim import WorldOptions
+from robot_sim.floorplan.plan import Placement
+from robot_sim.worlds.loading import parse_world
+from teleop.robot.arm.arm_commands import JointJog
+from teleop.robot.arm.arm_state import ArmMode
+from teleop.robot.assembly import RobotParts, build_drive
+from teleop.robot.guard.guard import Guard
+from teleop.robot.guard.outline import Box, Outline
+from teleop.robot.inbox import ArmWish, StepAlive, StepGoal, WorldCall
+from teleop.robot.playground.playground import Playground
+from teleop.robot.step_results import StepOutcome, StepResult
+from tests.robot_sim.conftest import ROOM
+from tests.teleop.robot.guard.support import hold, robot_in, room_with
+
+
+def test_gap_to_a_point_is_that_of_hull_or_arm_whichever_is_nearer() -> None:
+    outline = Outline(0.25, 0.25, 0.25, Box(0.2, 0.5, -0.1, 0.1))
+    ahead, aside, inside = outline.gaps(
+        np.zeros(3), np.array([[0.8, 0.0], [0.4, 0.4], [0.45, 0.05]])
+    )
+    assert (ahead, aside) == pytest.approx((0.3, np.hypot(0.15, 0.15)))
+    assert inside == pytest.approx(-0.05)
+    assert outline.radius == pytest.approx(np.hypot(0.5, 0.1))
+
+
+def test_person_who_comes_near_the_arm_stops_it_and_who_stands_there_does_not() -> None:
+    world = parse_world(ROOM, name="room", options=WorldOptions(arm="s2", spare_people=1))
+    drive = build_drive(RobotParts(world, start=Pose.planar(4.0, 4.0, 0.0), guard=True))
+
+    def jogged(rate: float, ticks: int) -> list[str]:
+        said = []
+        for _ in range(ticks):
+            now = drive.simulation.stamp
+            jog = JointJog((rate, 0.0, 0.0, 0.0, 0.0))
+            record = drive.tick(now, (ArmWish("anna", jog, arrival=now),))
+            assert record.arm is not None
+            said.append(record.arm.reason if record.arm.mode is ArmMode.HELD else "")
+        return said
+
+    assert not any(jogged(0.2, 30))
+    (person,) = (spare for spare in world.spares if spare.kind == "person")
+    drive.simulation.spares.put(person.name, Placement(5.3, 4.0))
+    assert any("somebody comes near the arm" in words for words in jogged(0.2, 20))
+    jogged(0.0, 5)  # a zero, after which the client may move it again
+    assert not any(jogged(0.2, 20))
+
+
+def test_arm_that_reaches_out_makes_the_robot_stop_so_much_earlier() -> None:
+    world = parse_world(ROOM, name="room", options=WorldOptions(arm="s2"))
+    drive = build_drive(RobotParts(world, start=Pose.planar(8.3, 4.0, 0.0), guard=True))
+    hold(drive, 0.0, 0.0, 0.3)
+    assert isinstance(drive.guard, Guard)
+    arm = drive.guard.outline.arm
+    assert arm is not None
+    assert arm.front > 0.3
+    last = hold(drive, 0.5, 0.0, 6.0)[-1]
+    assert not last.condition.touching
+    assert last.guard.factor == 0.0
+    assert 0.0 < 10.0 - last.truth.map_from_base.position[0] - arm.front < 0.12
+
+
+def test_step_that_the_guard_stops_ends_with_its_reason() -> None:
+    drive = robot_in(room_with(""), 8.5, 4.0)
+    results: list[StepResult] = []
+    goal = StepGoal("driver", 1, distance=3.0, speed=0.4)
+    for tick in range(500):
+        now = drive.simulation.stamp
+        inbox = (goal,) if tick == 0 else (StepAlive("driver", now),)
+        results += drive.tick(now, inbox).steps.ended
+    (result,) = results
+    assert result.outcome is StepOutcome.GUARD
+    assert "obstacle" in result.message
+    assert 0.9 < result.distance < 1.3
+
+
+def test_nothing_is_remembered_of_where_the_robot_was_before_it_was_carried() -> None:
+    drive = robot_in(room_with(""), 9.4, 4.0)
+    drive.playground = Playground(drive.simulation, drive.forget_surroundings)
+    hold(drive, 0.0, 1.0, 3.6)  # now the wall is behind it, where it is blind
+    hold(drive, 0.0, 0.0, 0.4)
+    assert isinstance(drive.guard, Guard)
+    backward = (-0.1, 0.0)
+    assert drive.guard.room(backward, 1.0).length < 0.4
+    request = {
+        "entity": "robot",
+        "state": {
+            "header": {"stamp": {"sec": 0, "nanosec": 0}, "frame_id": "map"},
+            "pose": {
+                "position": {"x": 4.0, "y": 4.0, "z": 0.0},
+                "orientation": {"x": 0.0, "y": 0.0, "z": 0.0, "w": 1.0},
+            },
+            "twist": {k: {"x": 0.0, "y": 0.0, "z": 0.0} for k in ("linear", "angular")},
+            "acceleration": {k: {"x": 0.0, "y": 0.0, "z": 0.0} for k in ("linear", "angular")},
+        },
+        "set_pose": True,
+        "set_twist": False,
+        "set_acceleration": False,
+    }
+    hold(drive, 0.0, 0.0, 0.3, WorldCall("anna", 1, "SetEntityState", json.dumps(request)))
+    assert drive.simulation.truth().map_from_base.position[0] < 4.1
+    assert drive.guard.room(backward, 1.0).length == 1.0
