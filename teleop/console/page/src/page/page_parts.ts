@@ -15,6 +15,7 @@ import type { RobotWire } from "../link/robot_wire";
 import { closeTopDialog } from "../panels/dialog";
 import { EventLog } from "../panels/events/event_log";
 import { Sharing } from "../panels/session/sharing";
+import { drawPathAhead } from "../prediction";
 import type { RobotCommands } from "../robot/robot_commands";
 import { Runs } from "../runs/runs";
 import { unknownState, type LinkStatisticsSignal, type RobotState } from "../robot/robot_state";
@@ -135,6 +136,7 @@ export function startParts(address: string, version: string, canvas: HTMLCanvasE
     (alarm, ended) => { events.alarm(alarm, ended); },
     browserAlarmEnvironment(),
   );
+  drawPathAhead({ scene, state, driving, statistics: link.statistics, settings });
   const ages = watchAges(state, link.statistics, scene);
   const headset = loadHeadset(navigator.xr, {
     immersion: scene.immersion, state, statistics: link.statistics, driving, steps, hint, camera, photo, alarms, arm,
