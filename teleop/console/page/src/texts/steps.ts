@@ -7,6 +7,9 @@ const done = (goal: { readonly distance: number }, way: { readonly distance: num
   goal.distance === 0 ? degrees(Math.abs(way.angle)) : metres(Math.abs(way.distance));
 
 function named({ distance, angle }: { readonly distance: number; readonly angle: number }): string {
+  if (distance !== 0 && angle !== 0) {
+    return `Arc of ${metres(Math.abs(distance))}, ${degrees(Math.abs(angle))} to the ${angle > 0 ? "left" : "right"}`;
+  }
   if (distance !== 0) {
     return `${distance > 0 ? "Forward" : "Back"} ${metres(Math.abs(distance))}`;
   }
@@ -45,5 +48,9 @@ export const stepTexts = {
     refused: "refused",
   },
   because: (why: string, words: string): string => (words === "" ? why : why === "" ? words : `${why} (${words})`),
+  there: "Drive there",
+  thereHelp: "Press where the robot is to go, or drag.",
+  thereHold: "Hold to drive there",
+  thereNoPose: "The robot does not know where it is.",
   notSent: "Not sent: there is no connection.",
 } as const;
