@@ -44,7 +44,7 @@ export const stepTexts = {
   notBegun: (goal: { readonly distance: number; readonly angle: number }, why: string): string => `${named(goal)}: not driven; ${why}.`,
   why: {
     cancelled: "cancelled", e_stop: "emergency stop", taken_over: "somebody drives by hand", contact: "the bumper touched something",
-    stalled: "it could not move on", guard: "the guard stopped it", released: "the deadman was let go", time_limit: "it took too long", silent: "the link was silent", lost: "it has lost its place",
+    stalled: "it could not move on", guard: "the guard stopped it", released: "", time_limit: "it took too long", silent: "the link was silent", lost: "it has lost its place",
     refused: "refused",
   },
   because: (why: string, words: string): string => (words === "" ? why : why === "" ? words : `${why} (${words})`),
