@@ -53,7 +53,7 @@ class RobotParts:
     """Timeouts of the command path, and limits on old commands."""
     arm_speed: float = 0.2
     """Largest speed while an arm is off its stow pose [m/s]; 0 for no such limit."""
-    guard: bool = False
+    guard: bool = True
     """Whether it has a guard; without scanners it has none."""
 
     @staticmethod

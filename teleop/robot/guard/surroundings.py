@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from localization.geometry import FloatArray
-from localization.types import Pose, Scan
+from localization.types import SECOND, Pose, Scan
 from teleop.robot.guard.continuation import continued
 from teleop.robot.guard.odometry import Odometry
 
@@ -25,6 +25,19 @@ _MISSES: Final = 3
 sees nothing at all has failed more often than the world has vanished (mowglinext#198)."""
 _NEW: Final = 0.25
 """A point is taken to move if the scan before saw so far beyond it [m]: at 10 Hz a walker takes 0.16 m."""
+_ELSEWHERE: Final = 0.5
+"""Share of what is known and seen that must have come and gone from one scan to the next for the robot to have been carried
+away: chosen; of a person who walks past it is a tenth."""
+_FEW: Final = 40
+"""Points on which this cannot be judged, known and seen: chosen."""
+_BESIDE: Final = 4
+"""Beams to either side that stand for one that measures nothing: 2 degrees, less than a point's cell spans within 0.8 m."""
+_STILL_MOVES: Final = SECOND
+"""For so long after it moved something counts as one that moves [ns]: a foot stands for 0.6 s of a step."""
+_BODY: Final = 0.2
+"""Distance within which it is the same [m]: what a walker takes in a scan's time."""
+_GONE: Final = 3 * SECOND
+"""After this time without motion, what moved and is out of sight has gone elsewhere [ns]: chosen. A wall stays."""
 _STRIP: Final = 0.05
 """Half the width of the plane that the vertical scanner renews [m]: what the robot drives in a tick, and its noise."""
 _ASIDE: Final = 1.2
@@ -68,8 +81,8 @@ class Points:
 class Surroundings:
     """Owns the points.
 
-    Columns are x, y [m] in the plane of the odometry, source, misses, whether it moves, and whether the horizontal
-    scanner can see it.
+    Columns are x, y [m] in the plane of the odometry, source, misses, whether it moves, whether the horizontal scanner can
+    see it, and when something moved there last [ns]; 0 for never.
     """
 
     def __init__(self, mounts: Mapping[str, Pose], heights: tuple[float, float]) -> None:
@@ -80,8 +93,9 @@ class Surroundings:
             heights: Underside and top of the robot [m]: what is lower is driven over, what is higher passes above.
         """
         self._mounts, self._heights = mounts, heights
-        self._points = np.zeros((0, 6))
+        self._points = np.zeros((0, 7))
         self._unseen = np.zeros((0, 2))
+        self._since = 0
         self._last: tuple[FloatArray, Scan] | None = None
         self.heard: dict[str, int] = {}
         """End of the newest scan of each scanner [ns]."""
@@ -96,7 +110,7 @@ class Surroundings:
         poses = odometry.at(stamps.astype(float))
         if mount.rotation[2, 2] > 0.9:
             self._take_horizontal(scan, mount, poses, odometry)
-        else:
+        elif scan.stamp >= self._since:
             self._take_vertical(scan, mount, poses, odometry)
         x, y, _ = odometry.pose
         away = np.hypot(self._points[:, 0] - x, self._points[:, 1] - y)
@@ -104,8 +118,9 @@ class Surroundings:
         near = away < np.where(self._points[:, 5] > 0.0, REACH, _ASIDE)
         self._points = self._points[near]
 
-    def forget(self) -> None:
-        """Forget all points: the robot stands elsewhere."""
+    def forget(self, since: int = 0) -> None:
+        """Forget all points, and those of vertical scans that began before a time [ns]: the robot stands elsewhere."""
+        self._since = since
         self._points, self._unseen = self._points[:0], self._unseen[:0]
         self._last = None
 
@@ -124,34 +139,53 @@ class Surroundings:
         points = _points(scan, mount)
         hit = np.isfinite(scan.ranges) & (scan.ranges < REACH + 1.0)
         seen = _planar(points[hit], poses[hit])
-        moving = np.zeros(len(seen))
+        kept, moving = self._points, np.zeros(len(seen))
         if self._last is not None:
             moving = self._come(seen)
-        kept = self._points
         if len(kept) and len(scan.ranges) > 1:
-            kept = self._outlived(scan, mount, poses)
-        fresh = np.zeros((len(seen), 6))
+            kept, visible, through = self._outlived(scan, mount, poses)
+            known = visible + len(seen)
+            if known > _FEW and moving.sum() + through > _ELSEWHERE * known:
+                # Of what the vertical scanner saw on the way, nothing would ever be seen through.
+                self.forget(self.heard[scan.scanner])
+                odometry.forget_trail()
+                kept, moving = self._points, np.zeros(len(seen))
+        fresh = np.zeros((len(seen), 7))
         fresh[:, :2], fresh[:, 4], fresh[:, 5] = seen, moving, 1.0
+        now = self.heard[scan.scanner]
+        fresh[:, 6] = now * moving
+        movers = kept[kept[:, 6] > now - _STILL_MOVES] if len(kept) else kept
+        if len(movers):
+            apart = np.hypot(*(seen[:, None, :] - movers[None, :, :2]).transpose(2, 0, 1))
+            same = np.where(apart < _BODY, movers[:, 6], 0.0).max(axis=1)
+            fresh[:, 6] = np.maximum(fresh[:, 6], same)
+            kept = kept[(kept[:, 6] == 0.0) | (kept[:, 6] > now - _GONE)]
         self._points = _thinned(np.concatenate((fresh, kept)))
         self._unseen = continued(points[:, :2], poses[-1], odometry)
         self._last = (_sensor_poses(mount, poses), scan)
         self.blinded = self._meets_blind_ring(scan)
 
-    def _outlived(self, scan: Scan, mount: Pose, poses: FloatArray) -> FloatArray:
-        """Return the points that the scan does not renew, and does not see through."""
+    def _outlived(self, scan: Scan, mount: Pose, poses: FloatArray) -> tuple[FloatArray, int, int]:
+        """Return the points that the scan does not renew, and does not see through.
+
+        Returns:
+            These points, the number of those that it could see, and of those that it saw far beyond.
+        """
         kept, scanners = self._points.copy(), _sensor_poses(mount, poses)
         beam, away = _beams(kept[:, :2], scanners, scan)
         inside = (beam >= 0) & (beam < len(scan.ranges))
-        measured = scan.ranges[np.clip(beam, 0, len(scan.ranges) - 1)]
+        measured = _filled(scan.ranges)[np.clip(beam, 0, len(scan.ranges) - 1)]
         # What is lower or higher than the plane cannot be seen through by it.
         inside &= kept[:, 5] > 0.0
-        passed = inside & np.isfinite(measured) & (measured > away - _SEEN_THROUGH)
+        answered = inside & np.isfinite(measured)
+        passed = answered & (measured > away - _SEEN_THROUGH)
+        through = answered & (measured > away + _NEW)
         unanswered = inside & np.isposinf(measured)
         kept[unanswered, 3] += 1.0
         gone = passed | (kept[:, 3] >= _MISSES)
         kept[:, 4] = 0.0
         kept[kept[:, 5] > 0.0, 2] = MEMORY
-        return kept[~gone]
+        return kept[~gone], int(inside.sum()), int(through.sum())
 
     def _come(self, seen: FloatArray) -> FloatArray:
         """Return which points (N, 2) stand where the last scan saw further."""
@@ -184,9 +218,20 @@ class Surroundings:
         here = odometry.into_base(self._points[:, :2])
         renewed = np.abs(here[:, 0] - mount.position[0]) < _STRIP
         renewed &= (self._points[:, 2] == VERTICAL) & (np.abs(here[:, 1]) < _ASIDE)
-        fresh = np.zeros((len(seen), 6))
+        fresh = np.zeros((len(seen), 7))
         fresh[:, :2], fresh[:, 2], fresh[:, 5] = seen, VERTICAL, crossed
         self._points = _thinned(np.concatenate((fresh, self._points[~renewed])))
+
+
+def _filled(ranges: FloatArray) -> FloatArray:
+    """Return ranges in which single beams that measure nothing, for dirt, have the least of those beside them."""
+    mute = np.flatnonzero(np.isnan(ranges))
+    if not len(mute):
+        return ranges
+    beside = np.clip(mute[:, None] + np.arange(-_BESIDE, _BESIDE + 1), 0, len(ranges) - 1)
+    filled = ranges.copy()
+    filled[mute] = np.fmin.reduce(ranges[beside], axis=1)
+    return filled
 
 
 def _points(scan: Scan, mount: Pose) -> FloatArray:

@@ -46,7 +46,7 @@ def greeting(
 {world.name} at {address.url}
 map       {map_path}, {len(cloud.points)} points
 clients   any rosbridge client: docs/topics.md lists the topics, README.md has a program
-{_arm(world)}{_video(address)}{_delays(config)}{guarded}{stands}{_warning(address)}Ctrl-C ends.
+{_arm(world)}{_video(address)}{_unusual(config)}{guarded}{stands}{_warning(address)}Ctrl-C ends.
 {invitation(address, access)}"""
 
 
@@ -62,8 +62,8 @@ def _video(address: Address) -> str:
     return address.streams and f"video     {address.streams} lists the camera's streams\n"
 
 
-def _delays(config: ServeConfig) -> str:
-    """Return what is out of the ordinary about delays, each in a line; empty if nothing is."""
+def _unusual(config: ServeConfig) -> str:
+    """Return what is out of the ordinary about delays and the guard, each in a line; empty if nothing is."""
     lines = []
     if config.link:
         lines.append(f"link      emulated: {' '.join(config.link)}")
@@ -71,6 +71,8 @@ def _delays(config: ServeConfig) -> str:
         lines.append("warning: commands are obeyed however old they are (--max-age 0)")
     if not config.slow_age:
         lines.append("warning: the robot does not slow down on a slow link (--slow-age 0)")
+    if not config.guard:
+        lines.append("warning: nothing keeps the robot from obstacles (--no-guard)")
     return "".join(f"{line}\n" for line in lines)
 
 

@@ -69,8 +69,8 @@ class ServeConfig:
     """Age of commands above which the robot drives slower [s]; 0 switches it off, to study delay."""
     max_age: float = 1.0
     """Age of commands above which they are refused, and the robot stops [s]; 0 switches it off."""
-    guard: bool = False
-    """Keep the robot from driving into what its scanners see; see docs/safety.md for what is not proved yet."""
+    guard: bool = True
+    """Keep the robot from driving into what its scanners see; see docs/safety.md for what that does not protect from."""
     link: Annotated[tuple[str, ...], tyro.conf.arg(metavar="NAME[=NUMBER] ...")] = ()
     """Emulate a slow link: lan, wifi-roaming, lte, starlink or geo; delay, jitter, growth, rate, stall and period, blackout
     and at, seed, up.delay=0.3 one way; trips=FILE.csv replays recorded round trips."""

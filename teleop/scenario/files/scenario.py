@@ -84,7 +84,7 @@ class WorldSettings:
     stale_limits: bool = True
     """Whether the robot slows down for commands that are more than 0.5 s old when they arrive, and refuses those
     that are more than 1 s old."""
-    guard: bool = False
+    guard: bool = True
     """Whether the robot keeps from driving into what its scanners see."""
 
 

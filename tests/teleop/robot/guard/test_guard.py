@@ -255,7 +255,7 @@ def _through(
         of_it = isinstance(reading, Scan) and reading.scanner == scanner
         return change(reading) if of_it and isinstance(reading, Scan) else reading
 
-    def taken(readings: tuple[Reading, ...]) -> None:
+    def taken(readings: tuple[Reading, ...], arm: None) -> None:
         take([r for reading in readings if (r := changed(reading)) is not None])
 
     guard.take = taken  # type: ignore[method-assign, assignment]

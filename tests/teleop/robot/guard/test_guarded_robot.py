@@ -83,6 +83,18 @@ def test_step_that_the_guard_stops_ends_with_its_reason() -> None:
     assert 0.9 < result.distance < 1.3
 
 
+def test_robot_that_is_carried_off_unasked_is_not_held_by_what_stood_around_it_before() -> None:
+    """Low things beside it, of which only the vertical scanner knows, are never seen through."""
+    low = '[[furniture]]\ntype = "box"\nat = [4.0, 4.4]\nsize = [0.6, 0.2, 0.2]\n'
+    drive = robot_in(room_with(low), 3.6, 4.0)
+    hold(drive, 0.2, 0.0, 2.5)
+    assert isinstance(drive.guard, Guard)
+    assert drive.guard.room((0.0, 0.5), 1.0).length < 0.9
+    drive.simulation.carry_to(Pose.planar(7.0, 3.0, 2.0))
+    hold(drive, 0.0, 0.0, 0.3)
+    assert drive.guard.room((0.0, 0.5), 1.0).length == 1.0
+
+
 def test_nothing_is_remembered_of_where_the_robot_was_before_it_was_carried() -> None:
     drive = robot_in(room_with(""), 9.4, 4.0)
     drive.playground = Playground(drive.simulation, drive.forget_surroundings)
