@@ -27,7 +27,7 @@ _LIFT: Final = 0.05
 
 
 class PathAhead:
-    """Owns what is known of the commands; a robot that tells no limits has no path."""
+    """Owns what is known of the commands; a robot without `/drive_limits` has no path."""
 
     def __init__(self, canvas: Canvas, when: PathWhen) -> None:
         """Draw on a canvas."""

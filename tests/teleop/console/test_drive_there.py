@@ -32,7 +32,7 @@ async def hold(page: Page) -> None:
 async def driven(robot: PacedRobot, begin: np.ndarray, least: float) -> float:
     """Wait until the robot is so far from a place [m]; return how far."""
     async with asyncio.timeout(PATIENCE):
-        while (way := _from(robot, begin)) < least:  # noqa: ASYNC110 - no event tells
+        while (way := _from(robot, begin)) < least:  # noqa: ASYNC110 - there is no event of it
             await asyncio.sleep(0.05)
     return way
 

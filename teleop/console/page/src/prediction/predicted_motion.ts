@@ -39,12 +39,12 @@ type Speeds = Pick<Motion, "forward" | "turn">;
 export function predicted(known: Motion, stamp: number, commands: readonly Command[], until: number, limits: DriveLimits): Motion[] {
   const first = commands[0];
   let speeds: Speeds = first ?? known;
-  for (const command of first === undefined ? [] : inForce(commands, first.at, stamp, limits.lag)) {
+  for (const command of first === undefined ? [] : followedIn(commands, first.at, stamp, limits.lag)) {
     speeds = ramped(speeds, command, limits);
   }
   let motion: Motion = { ...known, forward: speeds.forward, turn: speeds.turn };
   const motions = [motion];
-  for (const command of inForce(commands, stamp, until, limits.lag)) {
+  for (const command of followedIn(commands, stamp, until, limits.lag)) {
     motion = moved(motion, ramped(motion, command, limits));
     motions.push(motion);
   }
@@ -52,7 +52,7 @@ export function predicted(known: Motion, stamp: number, commands: readonly Comma
 }
 
 /** Return the command that the wheels follow in each tick between two times [s]; undefined before the first. */
-function inForce(commands: readonly Command[], begin: number, end: number, lag: number): (Command | undefined)[] {
+function followedIn(commands: readonly Command[], begin: number, end: number, lag: number): (Command | undefined)[] {
   const count = Math.max(0, Math.floor((end - begin) / TICK + 1e-6));
   let newest = -1;
   return Array.from({ length: count }, (_, tick) => {

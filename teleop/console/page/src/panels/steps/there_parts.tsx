@@ -8,7 +8,11 @@ import { HoldButton } from "../hold_button";
 
 export function ThereSwitch({ there }: { readonly there: DriveThere }) {
   const choosing = there.choosing.value;
-  return <button type="button" class="steps-there" aria-pressed={choosing} onClick={() => { there.choosing.value = !choosing; }}>{texts.there}</button>;
+  return (
+    <div class="panel">
+      <button type="button" class="steps-there" aria-pressed={choosing} onClick={() => { there.choosing.value = !choosing; }}>{texts.there}</button>
+    </div>
+  );
 }
 
 interface HoldProps {
