@@ -1,36 +1,47 @@
-"""``python -m benchmarks guard FOLDER [SECONDS]``: adversarial drivers against the guard, and the same without it.
+"""``python -m benchmarks guard FOLDER [SECONDS | operators] [--out FOLDER]``: adversarial drivers with and without the guard.
 
-Each drive is 120 s in one scene from one seed, with physics and scanners and without localiser or socket. Its driver
-holds sticks for 0.2 to 4 s: full speed, arcs, spins, reversing, turbo, each as old as 0 to 0.9 s when it takes effect.
-Every drive appends a line to ``FOLDER/drives.jsonl``; those that are there already are not driven again, so that the
-campaign goes on where it ended. A contact with something that no scanner's plane crosses is counted apart.
+Each drive is 120 s in one of ten worlds, of one driver and one seed, with physics and scanners and without localiser or
+socket. It appends a line to ``FOLDER/drives.jsonl``; those that are there already are not driven again, so that a campaign
+goes on where it ended. ``operators`` has the library's own drive over links of 0 to 1 s, likewise.
 """
 
 from __future__ import annotations
 
 import json
 import sys
-from collections import Counter
+import time
+from collections import Counter, deque
+from collections.abc import Iterator, Sequence
 from dataclasses import asdict, dataclass
 from functools import cache
+from itertools import product
 from pathlib import Path
 
 import numpy as np
 
+from benchmarks.common.figures import Figure
 from benchmarks.common.progress import with_progress
-from localization.types import SECOND, Twist
+from benchmarks.common.sheet import Sheet
+from benchmarks.guard import operators
+from benchmarks.guard.drivers import DRIVERS
+from localization.types import SECOND, Scan, Twist
 from robot_sim import TICK_NS, Simulation, World, WorldOptions, load_world
 from teleop.joystick import VelocityRequest
 from teleop.robot.drive import Drive
 from teleop.robot.guard.guard import Guard
+from teleop.robot.guard.verdict import GuardState
 from teleop.robot.inbox import DriveCommand
 
 TAKES_WORDS = True
 SCENES = ("office", "warehouse", "corridor", "glasshouse", "courtyard")
+WORLDS = tuple(product(SCENES, (False, True)))
+"""Each as it was mapped, and with its people and with furniture moved."""
 LENGTH = 120.0
 """Length of a drive [s]."""
 _PLANE = (0.37, 0.43)
 """Heights that the horizontal scanner's plane crosses on level ground [m], with room for a tilt of 1 degree at 1.5 m."""
+_STOOD = 10
+"""Ticks for which a robot that stands has been at rest."""
 
 
 @dataclass(frozen=True)
@@ -38,13 +49,18 @@ class Outcome:
     """What happened in a drive."""
 
     scene: str
+    alive: bool
+    driver: str
     seed: int
     guarded: bool
-    alive: bool
-    contacts: int
-    """Times that the robot began to touch something."""
+    seen: int
+    """Times that the robot began to touch a thing that the horizontal plane crosses."""
     unseen: int
-    """Those of them with things that the horizontal plane does not cross."""
+    """The same for lower and higher things."""
+    met: int
+    """Times that a person or what people move and the robot touched while the robot moved."""
+    walked_into: int
+    """The same while the robot stood."""
     names: dict[str, int]
     """What was touched, and how often."""
     way: float
@@ -53,83 +69,114 @@ class Outcome:
     """Time for which the guard stopped the robot [s]."""
 
 
-def main(words: list[str] | None = None) -> int:
+def main(words: Sequence[str] = (), out: Path | None = None) -> int:
     """Drive what is missing, and print the sums."""
     if not words:
-        print("guard FOLDER [SECONDS]: name a folder for the drives", file=sys.stderr)
+        print("guard FOLDER [SECONDS | operators]: name a folder for the drives", file=sys.stderr)
         return 2
-    file = Path(words[0]) / "drives.jsonl"
-    file.parent.mkdir(parents=True, exist_ok=True)
+    folder, sheet = Path(words[0]), Sheet(out)
+    folder.mkdir(parents=True, exist_ok=True)
+    begin = time.process_time()
+    if words[1:] == ["operators"]:
+        sheet.put("operators", operators.campaign(folder), seconds=time.process_time() - begin)
+        return 0
+    file = folder / "drives.jsonl"
     lines = file.read_text().splitlines() if file.exists() else []
     done = [Outcome(**json.loads(line)) for line in lines]
-    known = {(o.scene, o.seed, o.guarded, o.alive) for o in done}
-    drives = round(float(words[1] if len(words) > 1 else 100_000) / LENGTH)
+    known = {(o.scene, o.alive, o.driver, o.seed, o.guarded) for o in done}
+    rounds = range(round(float(words[1] if len(words) > 1 else 100_000) / LENGTH))
+    names = list(DRIVERS)
     plan = [
-        (SCENES[i % len(SCENES)], i // len(SCENES), guarded, i % 3 == 2)
-        for i in range(drives)
+        (*WORLDS[i % len(WORLDS)], names[i // len(WORLDS) % len(names)], i, guarded)
+        for i in rounds
         for guarded in (True, False)
     ]
     missing = [one for one in plan if one not in known]
-    with file.open("a") as out:
+    with file.open("a") as kept:
         for one in with_progress(missing, len(missing), "drives"):
             done.append(drive(*one))
-            out.write(json.dumps(asdict(done[-1])) + "\n")
-            out.flush()
-    for guarded in (True, False):
-        mine = [o for o in done if o.guarded is guarded]
-        names = sum((Counter(o.names) for o in mine), Counter[str]())
-        print(
-            f"{'with' if guarded else 'without'} guard: {len(mine) * LENGTH:.0f} s, {sum(o.way for o in mine):.0f} m,"
-            f" {sum(o.contacts for o in mine)} contacts, {sum(o.unseen for o in mine)} of them with unseen things;"
-            f" most: {', '.join(f'{n} {name}' for name, n in names.most_common(8)) or 'none'}"
-        )
+            kept.write(json.dumps(asdict(done[-1])) + "\n")
+            kept.flush()
+    sheet.put("campaign", list(_figures(done)), seconds=time.process_time() - begin)
     return 0
 
 
-def drive(scene: str, seed: int, guarded: bool, alive: bool) -> Outcome:
+def _figures(done: Sequence[Outcome]) -> Iterator[Figure]:
+    for guarded in (True, False):
+        mine = [o for o in done if o.guarded is guarded]
+        case, method = "adversarial drivers", f"{'with' if guarded else 'without'} guard"
+        n = len(mine)
+        yield Figure(case, method, "driven", n * LENGTH, "s", n)
+        yield Figure(case, method, "way", sum(o.way for o in mine), "m", n)
+        none = 0.0 if guarded else None
+        seen = sum(o.seen for o in mine)
+        yield Figure(case, method, "contacts with what is seen", seen, n=n, most=none)
+        for quantity, count in (
+            ("contacts with lower and higher things", sum(o.unseen for o in mine)),
+            ("contacts with people, robot moving", sum(o.met for o in mine)),
+            ("contacts with people, robot standing", sum(o.walked_into for o in mine)),
+        ):
+            yield Figure(case, method, quantity, count, n=n)
+        names = sum((Counter(o.names) for o in mine), Counter[str]())
+        print(method, ", ".join(f"{n} {name}" for name, n in names.most_common(8)) or "no contact")
+
+
+def drive(scene: str, alive: bool, driver: str, seed: int, guarded: bool) -> Outcome:
     """Make one drive."""
     world = _world(scene, alive)
     simulation = Simulation(world, seed=seed)
     guard = Guard(world.robot, simulation.mounts, simulation.config.drive) if guarded else None
     robot = Drive(simulation, guard=guard)
-    rng = np.random.default_rng([seed, SCENES.index(scene)])
-    until = contacts = unseen = age = 0
-    forward = turn = way = stopped = 0.0
+    rng = np.random.default_rng([seed, SCENES.index(scene), list(DRIVERS).index(driver)])
+    draw, scan, until = DRIVERS[driver], None, 0
+    way = stopped = 0.0
     touching: frozenset[str] = frozenset()
-    names = Counter[str]()
+    names, kinds = Counter[str](), Counter[str]()
+    speeds: deque[float] = deque([0.0], maxlen=_STOOD)
     for tick in range(round(LENGTH * SECOND / TICK_NS)):
         if tick >= until:
-            until = tick + int(rng.integers(10, 200))
-            forward = float(rng.choice([0.7, 0.7, 0.5, -0.4, -0.7, 0.0]))
-            turn = float(rng.choice([0.0, 0.0, rng.uniform(-1.2, 1.2), rng.uniform(-2.4, 2.4)]))
-            age = int(rng.uniform(0.0, 0.9) * SECOND) if rng.random() < 0.3 else 0
-        request = VelocityRequest(Twist.planar(forward, turn), enabled=True)
-        record = robot.tick(
-            simulation.stamp, (DriveCommand("driver", request, age=age, stream=True),)
-        )
+            stick = draw(rng, scan)
+            until = tick + stick.ticks
+        request = VelocityRequest(Twist.planar(stick.forward, stick.turn), enabled=True)
+        command = DriveCommand("driver", request, age=stick.age, stream=True)
+        record = robot.tick(simulation.stamp, (command,))
+        scan = next((r for r in record.sensed if isinstance(r, Scan)), scan)
         now = frozenset(record.condition.touching)
         for name in sorted(now - touching):
             names[name] += 1
-            contacts += 1
-            unseen += not _crosses_plane(world, name)
+            kinds[_kind(world, name, stood=max(speeds) < 0.02)] += 1
         touching = now
-        way += float(np.hypot(*record.truth.twist.linear[:2])) * TICK_NS / SECOND
-        stopped += (record.guard.state.value == "stopped") * TICK_NS / SECOND
+        twist = record.truth.twist
+        speeds.append(float(np.hypot(*twist.linear[:2])) + 0.3 * abs(float(twist.angular[2])))
+        way += float(np.hypot(*twist.linear[:2])) * TICK_NS / SECOND
+        stopped += (record.guard.state is GuardState.STOPPED) * TICK_NS / SECOND
     return Outcome(
-        scene, seed, guarded, alive, contacts, unseen, dict(names), round(way, 2), round(stopped, 2)
+        scene,
+        alive,
+        driver,
+        seed,
+        guarded,
+        kinds["seen"],
+        kinds["unseen"],
+        kinds["met"],
+        kinds["walked into"],
+        dict(names),
+        round(way, 2),
+        round(stopped, 2),
     )
 
 
 @cache
 def _world(scene: str, alive: bool) -> World:
-    return load_world(scene, options=WorldOptions(alive=alive))
+    return load_world(scene, options=WorldOptions(alive=alive, rearranged=1 if alive else None))
 
 
-def _crosses_plane(world: World, name: str) -> bool:
-    """Return whether a static thing reaches through the horizontal scanner's plane, at the height of its ground."""
+def _kind(world: World, name: str, *, stood: bool) -> str:
+    """Return what was touched: what people move, or a static thing that the plane crosses, or not."""
     model = world.model
     geom = model.geom(name)
+    if model.body_mocapid[model.body_rootid[model.geom_bodyid[geom.id]]] >= 0:
+        return "walked into" if stood else "met"
     middle, half = model.geom_aabb[geom.id][:3], model.geom_aabb[geom.id][3:]
-    low = float(geom.pos[2] + middle[2] - half[2])
-    high = float(geom.pos[2] + middle[2] + half[2])
-    return low <= _PLANE[0] and high >= _PLANE[1]
+    low, high = (float(geom.pos[2] + middle[2] + side * half[2]) for side in (-1.0, 1.0))
+    return "seen" if low <= _PLANE[0] and high >= _PLANE[1] else "unseen"

@@ -6,6 +6,7 @@ has never seen: all that it knows of it is the part beside it, which comes no ne
 
 from __future__ import annotations
 
+import math
 from typing import Final
 
 import numpy as np
@@ -56,17 +57,21 @@ def _beyond(ends: FloatArray) -> FloatArray:
     """Return the points (N, 2) of the surface at the first of the beams, beyond it; none if it is not straight."""
     for count in _EDGES:
         edge = ends[:count]
-        apart = np.hypot(*np.diff(edge, axis=0).T)
-        whole = apart < _JUMP
+        steps = edge[1:] - edge[:-1]
+        whole = np.einsum("ij,ij->i", steps, steps) < _JUMP * _JUMP
         edge = edge if whole.all() else edge[: 1 + int(np.argmin(whole))]
         if len(edge) < _FEWEST or not np.isfinite(edge[0, 0]):
             break
         middle = edge.mean(axis=0)
-        _, sizes, axes = np.linalg.svd(edge - middle, full_matrices=False)
-        along = (edge - middle) @ axes[0]
-        if float(np.ptp(along)) < _LEAST or sizes[1] > _STRAIGHT * np.sqrt(len(edge)):
+        apart = edge - middle
+        (xx, xy), (_, yy) = (apart.T @ apart / len(edge)).tolist()
+        angle = 0.5 * math.atan2(2.0 * xy, xx - yy)
+        axis = np.array([math.cos(angle), math.sin(angle)])
+        across = 0.5 * (xx + yy - math.hypot(xx - yy, 2.0 * xy))
+        along = apart @ axis
+        if along.max() - along.min() < _LEAST or across > _STRAIGHT * _STRAIGHT:
             continue
-        way = axes[0] if along[0] > along[-1] else -axes[0]
+        way = axis if along[0] > along[-1] else -axis
         begin = abs(float(along[0]))
         on: FloatArray = middle + np.arange(begin, begin + _ON, _STEP)[:, None] * way
         return on

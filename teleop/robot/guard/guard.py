@@ -37,6 +37,8 @@ _OLDEST: Final = SECOND
 """Age of a command that is counted at most [ns]; older ones are refused before they come here."""
 
 
+_LITTLE: Final = 0.1
+"""Turn rate up to which a motion counts as straight on [rad/s]: sticks tremble by so much."""
 _SOMEBODY: Final = 2
 """Points that must have come to where nothing was until somebody counts as coming: at 1.5 m a leg has four."""
 
@@ -77,7 +79,7 @@ class Guard:
         self._health: Health | None = None
         self._ways = [True] * 4
         self._turn = 0
-        self._held = False
+        self._held: tuple[int, int] | None = None
         self._stall = (-SECOND, -SECOND)
         self._scans: deque[Scan] = deque()
         self.comes_to_arm = ""
@@ -108,6 +110,7 @@ class Guard:
             else:
                 self._odometry.add(reading)
         if not self._scans:
+            self._look_around()
             return
         self._surroundings.add(self._scans.popleft(), self._odometry)
         while len(self._scans) >= len(self._scanners):
@@ -152,9 +155,9 @@ class Guard:
             return GuardVerdict(GuardState.FREE, asked, asked, overridden_by=self._override)
         senses = self._senses(stamp, condition, attitude)
         forward, turn = float(asked.linear[0]), float(asked.angular[2])
-        ways = self._look_around(condition)
+        ways = self._free_ways(condition)
         if forward == turn == 0.0:
-            self._held = False
+            self._held = None
             self._stall = (-SECOND, -SECOND)
             return GuardVerdict(GuardState.FREE, asked, asked, ways=ways)
         heard = 0 if senses.horizontal is None else min(max(senses.horizontal, 0), SECOND)
@@ -168,18 +171,19 @@ class Guard:
         cap = 1.0 if limit is None else min(1.0, limit.speed / fastest)
         command = (cap * forward, cap * turn)
         share, motion, near = cap, None, None
-        if cap > 0.0 and not self._far_from(command, self._odometry.speeds, reaction, scan_age):
-            reach, lasts = self.rule.bound(self._odometry.speeds, command, reaction)
+        speeds, held = self._odometry.speeds, self._held == _direction(command)
+        if cap > 0.0 and not self._far_from(command, speeds, reaction, scan_age, held=held):
+            reach, lasts = self.rule.bound(speeds, command, reaction)
             admitted, motion, near = self.rule.share(
-                self._odometry.speeds,
+                speeds,
                 command,
                 self._points(reach, lasts + scan_age),
                 reaction=reaction,
                 scan_age=scan_age,
-                held=self._held,
+                held=held,
             )
             share *= admitted
-        self._held = share == 0.0
+        self._held = _direction(command) if share == 0.0 else None
         stalled = self._stalled(stamp, condition)
         if share == 1.0:
             return GuardVerdict(GuardState.FREE, asked, asked, ways=ways, disarm=stalled)
@@ -216,11 +220,13 @@ class Guard:
         speeds: tuple[float, float],
         reaction: float,
         scan_age: float,
+        *,
+        held: bool,
     ) -> bool:
         """Return whether everything is so far away that a motion is free wherever it goes."""
         reach, lasts = self.rule.bound(speeds, command, reaction)
         standing, moving = self._clear()
-        needed = reach + self.rule.margin(command, held=self._held)
+        needed = reach + self.rule.margin(command, held=held)
         return standing >= needed and moving >= needed + self.config.approach * (lasts + scan_age)
 
     def _points(self, reach: float, lasts: float) -> Points:
@@ -256,18 +262,21 @@ class Guard:
             return ""
         return f"somebody comes near the arm: {max(float(gaps.min()), 0.0):.1f} m"
 
-    def _look_around(self, condition: Condition) -> Ways:
-        """Return which way is free; where it is narrow, each tick one of the four is looked at."""
-        pressed = condition.bumpers
-        if self._far_from(_CREEPING, (0.0, 0.0), self.config.lag, 0.0):
+    def _look_around(self) -> None:
+        """See which way is free; where it is narrow, one of the four in a tick."""
+        if self._far_from(_CREEPING, (0.0, 0.0), self.config.lag, 0.0, held=True):
             self._ways = [True] * 4
         else:
             self._turn = (self._turn + 1) % 4
             command = _WAYS[self._turn]
             reach, _ = self.rule.bound((0.0, 0.0), command, self.config.lag)
             points = self._points(reach, 0.0)
-            self._ways[self._turn] = self.rule.admits(command, points, held=self._held)
+            held = self._held == _direction(command)
+            self._ways[self._turn] = self.rule.admits(command, points, held=held)
+
+    def _free_ways(self, condition: Condition) -> Ways:
         forward, backward, left, right = self._ways
+        pressed = condition.bumpers
         return Ways(
             forward and not any(pressed.front), backward and not any(pressed.rear), left, right
         )
@@ -284,6 +293,12 @@ class Guard:
             return ""
         self._stall = (-SECOND, -SECOND)
         return f"the motors have pushed for {self.config.stalled / SECOND:g} s and nothing moves"
+
+
+def _direction(command: tuple[float, float]) -> tuple[int, int]:
+    """Return which way a command goes: who is held one way may leave another way without a larger margin."""
+    forward, turn = command
+    return (forward > 0.0) - (forward < 0.0), (turn > _LITTLE) - (turn < -_LITTLE)
 
 
 def _tilt(attitude: Inertial | None) -> float:

@@ -1,4 +1,4 @@
-"""Where the robot was in the last second, by its wheels and its gyro: what carries points from scan to scan."""
+"""Where the robot was in the last half second, by its wheels and its gyro: what carries points from scan to scan."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from localization.types import SECOND, Inertial, Reading, WheelSpeeds
 from robot_sim import SkidSteer
 from teleop.robot.guard.outline import Outline
 
-_KEPT: Final = SECOND
+_KEPT: Final = SECOND // 2
 """Time for which poses are kept [ns]; a sweep of the slowest scanner takes 0.1 s."""
 _TRAIL: Final = 3.0
 """Length of the path just driven that is kept [m]: chosen, several times the robot's length."""
@@ -67,7 +67,7 @@ class Odometry:
             forward = 0.5 * (reading.left + reading.right)
             turn = (reading.right - reading.left) / self._track
             x, y = x + forward * dt * math.cos(yaw), y + forward * dt * math.sin(yaw)
-            if reading.stamp - self._gyro_stamp > _KEPT // 2:  # no gyro: the wheels must do
+            if reading.stamp - self._gyro_stamp > _KEPT:  # no gyro: the wheels must do
                 yaw += turn * dt
                 self.speeds = (forward, turn)
             self.speeds = (forward, self.speeds[1])
@@ -95,7 +95,7 @@ class Odometry:
         return rate - self._bias
 
     def at(self, stamps: FloatArray) -> FloatArray:
-        """Return the poses (N, 3) at times (N,) of the last second [ns]."""
+        """Return the poses (N, 3) at times (N,) of the last half second [ns]."""
         known = np.array(self._poses)
         return np.stack([np.interp(stamps, known[:, 0], known[:, i]) for i in (1, 2, 3)], -1)
 

@@ -5,19 +5,21 @@ from __future__ import annotations
 import hashlib
 import math
 from collections.abc import Callable
+from itertools import pairwise
 
 import numpy as np
 import pytest
 
 from localization.types import Estimate, Health, Inertial, Pose, Reading, Scan, Twist, WheelSpeeds
 from robot_sim import P3AT, World
+from teleop.joystick import VelocityRequest
 from teleop.robot.drive import Drive
 from teleop.robot.guard.guard import Guard
 from teleop.robot.guard.odometry import Odometry
 from teleop.robot.guard.outline import Outline
 from teleop.robot.guard.settings import CREEP
 from teleop.robot.guard.verdict import GuardState
-from teleop.robot.inbox import GuardSwitch, TakeOver
+from teleop.robot.inbox import DriveCommand, GuardSwitch, TakeOver
 from teleop.robot.tick_record import DriveRecord
 from tests.teleop.robot.guard.support import blank, hold, robot_in, room_with, touched
 
@@ -232,6 +234,49 @@ def test_words_name_the_speed_and_where_the_obstacle_is(room: World) -> None:
     assert abs(slowed.near.x - 0.254 - slowed.near.gap) < 0.01
     assert not said[-1].ways.forward
     assert said[-1].ways.backward
+
+
+def test_robot_that_an_obstacle_stops_does_not_twitch(room: World) -> None:
+    """navigation2 PR 2982: the nearest of many returns trembles from scan to scan."""
+    records = hold(robot_in(room, 8.6, 4.0), 0.7, 0.0, 24.0)[200:]
+    released = sum(
+        before.guard.factor == 0.0 < after.guard.factor for before, after in pairwise(records)
+    )
+    assert released <= 1
+
+
+def test_timeouts_of_scanner_and_commands_do_not_add_up(room: World) -> None:
+    """innate-os#576: both fall silent at once, and the robot stands as soon as by the watchdog alone."""
+    drive = robot_in(room, 2.0, 4.0)
+    hold(drive, 0.7, 0.0, 2.0)
+    _through(drive, lambda scan: None)
+    ends = [drive.tick(drive.simulation.stamp, ()) for _ in range(round((0.5 + 0.7 + 0.1) / 0.02))]
+    assert abs(ends[-1].truth.twist.linear[0]) < 0.01
+
+
+def test_guard_needs_nothing_from_beyond_the_link(room: World) -> None:
+    """turtlebot3#1154: one old command, then silence, half a metre before a wall."""
+    drive = robot_in(room, 8.2, 4.0)
+    hold(drive, 0.6, 0.0, 1.4)
+    old = DriveCommand(
+        "driver", VelocityRequest(Twist.planar(0.7, 0.0), enabled=True), age=900_000_000
+    )
+    records = [drive.tick(drive.simulation.stamp, (old,) if i == 0 else ()) for i in range(60)]
+    assert not touched(records)
+
+
+def test_both_speeds_are_scaled_by_one_factor_whatever_is_asked() -> None:
+    drive = robot_in(room_with(PILLAR), 3.0, 3.6)
+    rng = np.random.default_rng(0)
+    for _ in range(40):
+        for record in hold(
+            drive, float(rng.uniform(-0.7, 0.7)), float(rng.uniform(-2.0, 2.0)), 0.3
+        ):
+            got, asked = record.guard.twist, record.guard.asked
+            v, w = got.linear[0], got.angular[2]
+            assert abs(v * asked.angular[2] - w * asked.linear[0]) < 1e-12
+            assert abs(v) <= abs(asked.linear[0]) + 1e-12
+            assert v * asked.linear[0] >= 0.0
 
 
 def test_settings_and_outlines_that_cannot_be_are_refused_with_their_names() -> None:
