@@ -35,6 +35,7 @@ COMMANDS = {
     "localization": "localization.comparison",
     "log": "localization.log_files",
     "motion": "bridges.motion",
+    "path": "prediction.errors",
     "people": "localization.people",
     "prepared": "localization.prepared_map",
     "real": "real.command",

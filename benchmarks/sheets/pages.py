@@ -29,6 +29,7 @@ SHEETS = {
     ROOT / "docs" / "sheets" / "console.md": texts.CONSOLE,
     ROOT / "docs" / "sheets" / "catalogues.md": texts.CATALOGUES,
     ROOT / "docs" / "sheets" / "limits.md": texts.LIMITS,
+    ROOT / "docs" / "sheets" / "path.md": texts.PATH,
     ROOT / "docs" / "sheets" / "rules.md": texts.RULES,
 }
 """The sheets, each with the text that its tables stand in, by their names in braces."""
@@ -163,6 +164,8 @@ TABLES: dict[str, Callable[[Sheet], str]] = {
     "arm": partial(all_figures, chunks="campaign-"),
     "arm-missing": lambda sheet: missing(sheet, arm.PARTS),
     "arm-facts": facts,
+    "path": partial(all_figures, chunks="-"),
+    "path-facts": facts,
     "console": partial(all_figures, chunks="losing-"),
     "console-facts": facts,
 }

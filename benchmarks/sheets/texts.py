@@ -128,6 +128,20 @@ among boxes, and what it costs. [The arm](../arm.md) says what it does.
 {arm-facts}
 """
 
+PATH: Final = """\
+# Sheet: the predicted path
+
+Printed by `python -m benchmarks.sheets` from `benchmarks/results/path.json`; a test compares the two. `python -m benchmarks
+path` measures it: tours of 60 s in four scenes with two seeds, through the whole robot in lockstep. At each fifth tick a display
+that is a round trip behind says where the robot will be when a command sent then takes effect, and the true pose of that time
+judges. *dead* shows the newest estimate, *constant* carries it on with its own speeds, *late* is ours where the link takes 50 ms
+longer than was measured. [Teleoperation](../teleoperation.md#where-the-robot-will-be) has the model.
+
+{path}
+
+{path-facts}
+"""
+
 CONSOLE: Final = """\
 # Sheet: the console page
 

@@ -129,7 +129,9 @@ def _display(config: OperateConfig) -> LiveThreadedDisplay | None:
     def make(run: int) -> Display:
         file = None if config.record is None else recording_of(config.record, run)
         sink = Sink(file=file, spawn=config.viewer)
-        return Display(None, sink=sink, live=True, camera=config.camera)
+        return Display(
+            None, sink=sink, live=True, camera=config.camera, path_ahead=config.path_ahead
+        )
 
     return LiveThreadedDisplay(RestartingDisplay(make))
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Literal
 
 import tyro
 
@@ -27,6 +27,8 @@ class OperateConfig:
     """Open rerun's viewer; needs a screen."""
     camera: bool = False
     """Show the robot's camera, if it has one, ten times a second; depth twice."""
+    path_ahead: Literal["late", "always", "never"] = "late"
+    """Show where the robot will go: while the round trip is over 0.2 s, always, or never."""
     hint: tuple[float, float, float] | None = None
     """Send the robot a pose hint: x, y [m], heading [degrees]."""
     find: bool = False

@@ -22,6 +22,7 @@ TOPICS: Final[Mapping[str, str]] = {
     "/clock": "rosgraph_msgs/msg/Clock",
     "/tf_static": "tf2_msgs/msg/TFMessage",
     "/map_info": "farsteer_msgs/msg/MapInfo",
+    "/drive_limits": "farsteer_msgs/msg/DriveLimits",
     "/tf": "tf2_msgs/msg/TFMessage",
     "/localization/status": "farsteer_msgs/msg/LocalizationStatus",
     "/localization/hint_verdict": "farsteer_msgs/msg/HintVerdict",

@@ -125,7 +125,14 @@ def build_stepped_robot(
     gateway = Gateway(
         config,
         lambda camera: latched_messages(
-            cloud, world.robot, mounts, run_id, places=world.places, camera=camera, arm=arm
+            cloud,
+            world.robot,
+            mounts,
+            run_id,
+            drive=simulation.config.drive,
+            places=world.places,
+            camera=camera,
+            arm=arm,
         ),
         lambda: 0 if stepped is None else stepped.stamp,
         undo_memory=localizer.config.undo_memory,

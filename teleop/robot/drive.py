@@ -12,6 +12,7 @@ from robot_sim.simulation import Simulation
 from teleop.robot.arm.arm_commands import REPLACED
 from teleop.robot.attitude_filter import AttitudeFilter
 from teleop.robot.guard.guard import Guard
+from teleop.robot.guard.look_ahead import LookAhead
 from teleop.robot.guard.verdict import OFF, GuardVerdict
 from teleop.robot.inbox import (
     ArmWish,
@@ -70,6 +71,7 @@ class Drive:
         """
         self.simulation, self._stage, self.arm = simulation, stage, arm
         self.guard = guard
+        self._look_ahead = LookAhead(guard) if guard is not None else None
         self.safety = safety or Safety(SpeedLimits.of(simulation.config.drive))
         self.steps = StepQueue(self.safety, simulation.world.robot, simulation.config.drive)
         """Steps that wait or are driven."""
@@ -207,6 +209,8 @@ class Drive:
                 condition=self.simulation.condition,
                 attitude=self._attitude_now,
             )
+            if self._look_ahead is not None and not verdict.overridden_by:
+                verdict = replace(verdict, ahead=self._look_ahead.time(asked))
         if verdict.disarm:
             self.safety.halt(verdict.disarm)
             return replace(verdict, twist=self.safety.command(now))
@@ -251,8 +255,7 @@ class Drive:
             match message:
                 case DriveCommand():
                     if message is newest[message.client]:
-                        if message.request.enabled:
-                            self.steps.driven_by_hand(message.client, now)
+                        self.steps.hand(message, now)
                         why = self.safety.request(message, now)
                 case TakeOver():
                     self.steps.end_all(StepOutcome.TAKEN_OVER, f"{message.client} took over", now)

@@ -135,16 +135,16 @@ class Disconnected:
 
 @dataclass(frozen=True, slots=True)
 class StepGoal:
-    """A client asks for one step: straight on, or a turn on the spot."""
+    """A client asks for one step: straight on, a turn on the spot, or an arc."""
 
     client: str
     """Name of the client."""
     number: int
     """Number of the step, from 1; no other step of the same server has it."""
     distance: float = 0.0
-    """Distance to drive, positive forward [m]; 0 for a turn."""
+    """Distance to drive along the way, positive forward [m]; 0 for a turn on the spot."""
     angle: float = 0.0
-    """Angle to turn, positive to the left [rad]; 0 for a straight step."""
+    """Angle to turn on that way, positive to the left [rad]; 0 for a straight step."""
     speed: float = 0.0
     """Speed [m/s], of a turn [rad/s]; 0 for the robot's own."""
     time_limit: float = 0.0
@@ -153,6 +153,8 @@ class StepGoal:
     """What says how far it went: ``odometry`` or ``localization``."""
     age: int = 0
     """Estimated time between the client's sending and the arrival [ns]."""
+    hold_to_run: bool = False
+    """Whether it is driven only while its client holds the deadman with the stick at rest."""
 
 
 @dataclass(frozen=True, slots=True)

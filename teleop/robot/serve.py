@@ -233,6 +233,7 @@ def _latched(
         world.robot,
         simulation.mounts,
         run_id,
+        drive=simulation.config.drive,
         places=world.places,
         camera=camera,
         arm=ArmFit.of(world),

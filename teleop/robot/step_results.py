@@ -30,6 +30,8 @@ class StepOutcome(StrEnum):
     """It took longer than it may."""
     SILENT = "silent"
     """Its client has left, or does not answer pings."""
+    RELEASED = "released"
+    """Its client let go of the deadman that it needs."""
     LOST = "lost"
     """It is measured by the localiser, which does not know where the robot is."""
     REFUSED = "refused"

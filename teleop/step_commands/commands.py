@@ -17,16 +17,16 @@ MAX_ANGLE: Final = math.tau
 
 @dataclass(frozen=True, slots=True)
 class Step:
-    """One step of the robot: straight on, or a turn on the spot.
+    """One step of the robot: straight on, a turn on the spot, or both as one arc.
 
     Raises:
-        StepCommandError: A value is out of its range, or it is neither one motion nor the other.
+        StepCommandError: A value is out of its range, or it is no motion at all.
     """
 
     distance: float = 0.0
-    """Distance to drive, positive forward [m]; 0 for a turn."""
+    """Distance to drive along the way, positive forward [m]; 0 for a turn on the spot."""
     angle: float = 0.0
-    """Angle to turn, positive to the left [rad]; 0 for a straight step."""
+    """Angle to turn on that way, positive to the left [rad]; 0 for a straight step."""
     speed: float = 0.0
     """Speed [m/s], of a turn [rad/s]; 0 for the robot's own."""
 
@@ -34,10 +34,9 @@ class Step:
         for name in ("distance", "angle", "speed"):
             if not math.isfinite(value := getattr(self, name)):
                 raise StepCommandError(f"{name} must be a finite number, got {value}")
-        if bool(self.distance) == bool(self.angle):
+        if not self.distance and not self.angle:
             raise StepCommandError(
-                "a step is either a distance or an angle: one of distance [m] and angle [rad] must be 0,"
-                f" got distance {self.distance:g} and angle {self.angle:g}"
+                "a step needs a distance [m], an angle [rad], or both for an arc; got 0 and 0"
             )
         if abs(self.distance) > MAX_DISTANCE:
             raise StepCommandError(

@@ -8,7 +8,7 @@ const FLOORS = {
   "": [
     "page",
     "panels | xr",
-    "alarms | arm | camera | guide | hint | replay | runs | steps",
+    "alarms | arm | camera | guide | hint | prediction | replay | runs | steps",
     "driving | link | scene | session",
     "robot | texts",
   ],

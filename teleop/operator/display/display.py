@@ -30,6 +30,7 @@ from teleop.operator import message_decoding as decode
 from teleop.operator.display.banner_picture import draw_banner
 from teleop.operator.display.camera_drawing import CameraDrawing
 from teleop.operator.display.display_layout import LANE_COLOURS, LEGEND_TEXT, SERIES, blueprint
+from teleop.operator.display.path_ahead import PathAhead, PathWhen
 from teleop.operator.message_decoding import Message
 from teleop.operator.robot_state.banner import Banner
 from teleop.operator.robot_state.source_ages import STALE
@@ -62,6 +63,7 @@ class Display:
         strict: bool = False,
         live: bool = False,
         camera: bool = False,
+        path_ahead: PathWhen = "late",
     ) -> None:
         """Open the sink and draw the map, if there is one yet.
 
@@ -71,6 +73,7 @@ class Display:
             strict: Whether to raise errors that are otherwise counted.
             live: Whether a person watches: the banner is shown, and a robot without a pose with its scans.
             camera: Whether to draw the camera of a robot that has one.
+            path_ahead: When to draw where the robot will go.
         """
         self.failures: Counter[str] = Counter()
         """Number of messages that could not be drawn, by topic."""
@@ -82,6 +85,7 @@ class Display:
         self._canvas = Canvas(sink, blueprint(*self._bounds, banner=live))
         self._scene = MapDrawing(self._canvas, cloud)
         self._instruments = TimePlots(self._canvas, LANE_COLOURS, SERIES, LEGEND_TEXT)
+        self._ahead = PathAhead(self._canvas, path_ahead)
         self._now = 0
         self._frames: dict[str, Pose] = {}
         self._estimates: dict[int, FloatArray] = {}
@@ -111,6 +115,7 @@ class Display:
             "/localization/hint_verdict": self._hint_verdict,
             "/localization/candidates": self._candidates,
             "/teleop/state": self._teleop_state,
+            "/drive_limits": self._ahead.limits,
         }
         if live:
             self._handlers |= {"/scan": self._scan, "/scan_vertical": self._scan}
@@ -148,6 +153,7 @@ class Display:
             self._at(stamp)
             self._instruments.plot("speed/stick", forward if deadman else 0.0)
             self._instruments.state("deadman", "held" if deadman else "released")
+            self._ahead.sent(*((forward, turn) if deadman else (0.0, 0.0)))
 
     def hint(self, map_from_base: Pose, covariance: FloatArray, stamp: int) -> None:
         """Draw the hint that this operator sends: a pose and its covariance (6, 6) in ROS's order."""
@@ -193,6 +199,7 @@ class Display:
                     rr.EncodedImage(contents=draw_banner(pulse.banner), media_type="image/png"),
                 )
             self._instruments.state("link", pulse.link)
+            self._ahead.round_trip = pulse.round_trip
             if self._camera is not None:
                 self._camera.age(self._now + pulse.silence)
 
@@ -324,6 +331,7 @@ class Display:
             map_from_base = self._frames["odom"] @ self._frames["base_link"]
             self._scene.estimate.add(map_from_base.position)
             self._compare(self._estimates, self._truths, stamp, map_from_base.position)
+            self._ahead.draw(stamp)
 
     def _ground_truth(self, message: Message, stamp: int) -> None:
         position = pose_from_message(message["pose"]["pose"]).position
@@ -403,7 +411,8 @@ class Display:
     def _candidates(self, message: Message, _: int) -> None:
         self._scene.hypotheses([pose_from_message(pose).position for pose in message["poses"]])
 
-    def _teleop_state(self, message: Message, _: int) -> None:
+    def _teleop_state(self, message: Message, stamp: int) -> None:
+        self._ahead.state(message, stamp)
         self._instruments.plot("speed/command", float(message["linear"]))
         state, who = str(message["state"]), str(message["controller"])
         self._instruments.state("control", state)

@@ -13,7 +13,7 @@ from teleop.operator.display.display import Display
 from teleop.operator.robot_state.robot_run import RobotRun
 from teleop.operator.robot_state.station_view import Pulse
 
-_LATCHED = ("/tf_static", "/map_info")
+_LATCHED = ("/tf_static", "/map_info", "/drive_limits")
 
 
 def recording_of(file: Path, run: int) -> Path:

@@ -43,6 +43,8 @@ class Pulse:
     """State of the link: connected, silent or lost."""
     banner: Banner
     """What an operator must see at once."""
+    round_trip: float = 0.0
+    """Of the link [s]; 0 while it is unknown."""
 
 
 class StationView:
@@ -224,7 +226,7 @@ class StationView:
         state = "connected" if fresh else "silent"
         if link.severity is Severity.ALARM:
             state = "lost"
-        return Pulse(silence or 0, stale, state, banner)
+        return Pulse(silence or 0, stale, state, banner, self.round_trip(now) or 0.0)
 
     def _noticed(self, topic: str, message: Mapping[str, Any], now: int) -> None:
         """Take what the robot reports, and report a new alarm."""

@@ -51,6 +51,7 @@ class MoveAction:
             step,
             time_limit=float(values["time_limit"]),
             measure_by=str(values["measure_by"]),
+            hold_to_run=bool(values["hold_to_run"]),
             on_progress=went_on,
             on_result=ended,
         )

@@ -51,6 +51,7 @@ class StepRequests:
         *,
         time_limit: float = 0.0,
         measure_by: str = "",
+        hold_to_run: bool = False,
         on_progress: OnProgress = lambda progress, ahead: None,
         on_result: OnResult,
     ) -> Callable[[], object]:
@@ -61,6 +62,7 @@ class StepRequests:
             step: The step.
             time_limit: Time after which it is given up [s]; 0 for the robot's own limit.
             measure_by: ``odometry`` or ``localization``; empty for odometry.
+            hold_to_run: Whether it is driven only while the client holds the deadman.
             on_progress: Called as the step draws near and is driven.
             on_result: Called once, unless the client leaves before.
 
@@ -79,9 +81,8 @@ class StepRequests:
         def goal(name: str, number: int, delay: int) -> StepGoal:
             measure = measure_by or MEASURES[0]
             limit = float(time_limit)
-            return StepGoal(
-                name, number, step.distance, step.angle, step.speed, limit, measure, delay
-            )
+            motion = step.distance, step.angle, step.speed
+            return StepGoal(name, number, *motion, limit, measure, delay, hold_to_run)
 
         return self._open.ask(client, goal, lambda report: on_progress(*report), on_result)
 

@@ -10,6 +10,8 @@ from localization.geometry import FloatArray
 from localization.types import Twist
 
 STANDSTILL: Final = Twist.planar(0.0, 0.0)
+FARTHEST: Final = 4.0
+"""Time for which is looked ahead [s]: at 0.7 m/s it ends where points are forgotten, at 3 m."""
 
 
 class GuardState(StrEnum):
@@ -79,6 +81,8 @@ class GuardVerdict:
     """(M, 2) corners of what is swept until the robot stands, if it brakes from what was asked for [m]; None at rest."""
     overridden_by: str = ""
     """Client that has switched it off; empty if none has."""
+    ahead: float = FARTHEST
+    """Time for which what was asked for goes on along its arc until it is stopped [s]."""
     disarm: str = ""
     """Why the driver must arm anew; empty if it need not."""
 

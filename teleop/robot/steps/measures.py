@@ -53,10 +53,13 @@ class ByWheels:
 
 
 class ByLocalizer:
-    """Measures by the estimates: straight on along the heading of the beginning, turns by the heading."""
+    """Measures by the estimates: ahead along the heading of the beginning, or along an arc, and turns by the heading."""
 
-    def __init__(self, wheels: WheelOdometry, newest: Estimate | None, stamp: int) -> None:
+    def __init__(
+        self, wheels: WheelOdometry, newest: Estimate | None, stamp: int, *, arc: bool = False
+    ) -> None:
         """Begin at a robot time [ns], with the newest estimate or with the first one that comes."""
+        self._arc = arc
         self._wheels, self._begin = wheels, wheels.way
         self._first: Pose | None = None
         self._last: Pose | None = None
@@ -87,9 +90,9 @@ class ByLocalizer:
             gone, by_wheels = float(np.hypot(*moved)), wheels.distance - self._at_last.distance
             if gone > abs(by_wheels) + _LARGEST_JUMP:
                 self._why = f"the estimate jumped by {gone:.1f} m"
-            heading = self._first.yaw
-            along = float(moved @ (math.cos(heading), math.sin(heading)))
             turned = math.remainder(pose.yaw - self._last.yaw, math.tau)
+            heading = self._last.yaw + 0.5 * turned if self._arc else self._first.yaw
+            along = float(moved @ (math.cos(heading), math.sin(heading)))
             self._by_pose += Way(along, turned)
         self._last, self._at_last, self._stamp = pose, wheels, estimate.stamp
 

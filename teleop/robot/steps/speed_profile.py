@@ -42,7 +42,9 @@ class SpeedProfile:
     def of(cls, goal: StepGoal, drive: DriveConfig) -> SpeedProfile:
         """Return the profile of a step, within the limits of the drive."""
         if goal.distance:
-            speed = goal.speed or min(OWN_SPEED, drive.max_speed)
+            bend = abs(goal.angle / goal.distance)
+            own = min(OWN_SPEED, drive.max_speed, OWN_TURN / bend if bend else math.inf)
+            speed = min(goal.speed or own, drive.max_turn / bend if bend else math.inf)
             return cls(speed, drive.acceleration, _BRAKING_SHARE * drive.braking, 0.001)
         speed = goal.speed or min(OWN_TURN, drive.max_turn)
         braking = _BRAKING_SHARE * drive.turn_braking

@@ -23,7 +23,10 @@ _SETTLED: Final = 5
 _LONGEST_REST: Final = 2 * SECOND
 """Time after which the result is given whatever the wheels do [ns]: somebody pushes the robot."""
 
-_STANDSTILL: Final = Twist.planar(0.0, 0.0)
+_STEER: Final = 2.0
+"""Turn rate by which an arc is kept, for each radian that it is off [1/s]: chosen, a correction takes half a second."""
+
+STANDSTILL: Final = Twist.planar(0.0, 0.0)
 
 
 class StepDrive:
@@ -97,7 +100,7 @@ class StepDrive:
         if self._ending is None and (trouble := self._trouble(now, stamp, condition)):
             self.stop(*trouble, now)
         if self._ending is not None or not self.measure.ready:
-            return _STANDSTILL
+            return STANDSTILL
         way = self.measure.way()
         # A controller reports ten times a second at most: what came since is what was commanded.
         since = self._speed * (stamp - self._wheels.stamp) / SECOND
@@ -105,8 +108,11 @@ class StepDrive:
         self._speed = self._profile.next_speed(self._speed, self._length - gone, _TICK)
         if self._speed == 0.0:
             self.stop(StepOutcome.DONE, "", now)
-        straight = bool(self.goal.distance)
-        return Twist.planar(self._speed if straight else 0.0, 0.0 if straight else self._speed)
+        if not self.goal.distance:
+            return Twist.planar(0.0, self._speed)
+        bend = self.goal.angle / self.goal.distance
+        off = bend * way.distance - way.angle if bend and self._speed else 0.0
+        return Twist.planar(self._speed, bend * self._speed + _STEER * off)
 
     def ended(self, now: int) -> StepResult | None:
         """Return the result once the robot is at rest; called once a tick."""

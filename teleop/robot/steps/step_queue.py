@@ -12,11 +12,11 @@ from typing import Final
 from localization.types import SECOND, Estimate, Reading, WheelSpeeds
 from robot_sim import Condition, DriveConfig, SkidSteer
 from teleop.robot.guard.verdict import GuardState, GuardVerdict
-from teleop.robot.inbox import StepAlive, StepAnswered, StepCancel, StepGoal
+from teleop.robot.inbox import DriveCommand, StepAlive, StepAnswered, StepCancel, StepGoal
 from teleop.robot.safety.safety import Safety
 from teleop.robot.step_results import ENDS_QUEUE, StepOutcome, StepReport, StepResult
 from teleop.robot.steps.measures import ByLocalizer, ByWheels, Measure
-from teleop.robot.steps.step_drive import StepDrive
+from teleop.robot.steps.step_drive import STANDSTILL, StepDrive
 from teleop.robot.steps.wheel_odometry import WheelOdometry
 
 MAX_STEPS: Final = 100
@@ -49,6 +49,7 @@ class StepQueue:
         self._client = ""
         self._alive = 0
         self._age = 0
+        self._held, self._held_at = False, 0
         self._estimate: Estimate | None = None
         self._unanswered: deque[StepResult] = deque(maxlen=_MAX_UNANSWERED)
         self._ended: list[StepResult] = []
@@ -74,6 +75,7 @@ class StepQueue:
             return
         if not self._goals():
             self._client, self._alive, self._age = goal.client, now, goal.age
+            self._held, self._held_at = False, now
         self._waiting.append(goal)
 
     def _refusal(self, goal: StepGoal) -> str | None:
@@ -102,10 +104,22 @@ class StepQueue:
         kept = [r for r in self._unanswered if r.goal.number != message.number]
         self._unanswered = deque(kept, maxlen=_MAX_UNANSWERED)
 
-    def driven_by_hand(self, client: str, now: int) -> None:
-        """End the steps of a client that drives by hand itself."""
-        if client == self._client:
-            self.end_all(StepOutcome.TAKEN_OVER, f"{client} drives by hand", now)
+    def hand(self, command: DriveCommand, now: int) -> None:
+        """Take the stick of a client: it ends the client's steps, or is the deadman that they need."""
+        if command.client != self._client or not (goals := self._goals()):
+            return
+        request, held = command.request, all(goal.hold_to_run for goal in goals)
+        if held and not request.enabled:
+            if self._moving is not None:
+                self._moving.stop(StepOutcome.RELEASED, "the deadman was let go", now)
+            else:
+                self.end_all(StepOutcome.RELEASED, "the deadman was let go", now)
+        elif held and request.neutral and not command.stream:
+            if self._safety.config.stale.refusal(command.age) is None:
+                arrival = now if command.arrival is None else min(command.arrival, now)
+                self._held, self._held_at = True, max(self._held_at, arrival)
+        elif request.enabled:
+            self.end_all(StepOutcome.TAKEN_OVER, f"{command.client} drives by hand", now)
 
     def disconnected(self, client: str, now: int) -> None:
         """End the steps of a client that has left, and forget its results: nobody waits for them."""
@@ -160,7 +174,11 @@ class StepQueue:
             return
         if silence:
             self._moving.stop(StepOutcome.SILENT, silence, now)
-        self._safety.drive_step(self._moving.command(now, stamp, condition), now)
+        if self._moving.goal.hold_to_run and (released := self._released(now)):
+            self._moving.stop(StepOutcome.RELEASED, released, now)
+        may = self._held or not self._moving.goal.hold_to_run
+        twist = self._moving.command(now, stamp, condition) if may else STANDSTILL
+        self._safety.drive_step(twist, now)
         if (result := self._moving.ended(now)) is not None:
             self._moving = None
             self._safety.end_step(now)
@@ -201,7 +219,8 @@ class StepQueue:
                 continue
             measure: Measure = ByWheels(self._wheels)
             if goal.measure_by == "localization":
-                measure = ByLocalizer(self._wheels, self._recent(stamp), stamp)
+                recent, arc = self._recent(stamp), bool(goal.distance and goal.angle)
+                measure = ByLocalizer(self._wheels, recent, stamp, arc=arc)
             self._moving = StepDrive(goal, measure, self._wheels, self._config, condition, now)
             self._begun = goal.number
             return
@@ -221,6 +240,15 @@ class StepQueue:
         if (quiet := now - self._alive + config.tick) > config.watchdog:
             return f"no sign of {self._client} for {quiet / SECOND:.2f} s"
         return None
+
+    def _released(self, now: int) -> str | None:
+        """Return why the deadman counts as let go at a time [ns]; None if it does not."""
+        config, quiet = self._safety.config, now - self._held_at
+        return (
+            f"no deadman for {quiet / SECOND:.2f} s"
+            if quiet + config.tick > config.watchdog
+            else None
+        )
 
     def _flush(self, outcome: StepOutcome, message: str) -> None:
         """Answer all that waits, in its order."""

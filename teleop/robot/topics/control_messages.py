@@ -5,14 +5,27 @@ from __future__ import annotations
 from dataclasses import asdict
 
 from localization.logs.ros_stamps import stamp_to_dict
+from robot_sim import DriveConfig
+from teleop.robot.guard.settings import GuardConfig
 from teleop.robot.safety.control_state import ControlMode
 from teleop.robot.tick_record import DriveRecord
-from teleop.robot.topics.message_parts import Messages, header
+from teleop.robot.topics.message_parts import Message, Messages, header
 
 
 def clock(tick: DriveRecord) -> Messages:
     """Return the robot's time."""
     return ({"clock": stamp_to_dict(tick.stamp)},)
+
+
+def drive_limits(drive: DriveConfig) -> Message:
+    """Return how the robot answers a command; the lag is the one that its guard counts with."""
+    return {
+        "acceleration": drive.acceleration,
+        "braking": drive.braking,
+        "turn_acceleration": drive.turn_acceleration,
+        "turn_braking": drive.turn_braking,
+        "lag": GuardConfig().lag,
+    }
 
 
 def teleop_state(tick: DriveRecord) -> Messages:
@@ -39,6 +52,8 @@ def teleop_state(tick: DriveRecord) -> Messages:
             "guard_factor": tick.guard.factor,
             "guard_reason": tick.guard.reason,
             "guard_overridden_by": tick.guard.overridden_by,
+            "guard_ahead": tick.guard.ahead,
+            "late_factor": state.stale.speed_share(state.link_age),
         },
     )
 

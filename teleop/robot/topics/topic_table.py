@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 from localization.maps.cloud import Cloud
 from localization.types import Mounts, Pose
-from robot_sim import SkidSteer
+from robot_sim import DriveConfig, SkidSteer
 from robot_sim.robot.camera_mount import camera_frames
 from robot_sim.robot.urdf import urdf
 from teleop.robot.arm.arm_fit import ArmFit
@@ -206,7 +206,13 @@ ROBOT_DESCRIPTION = Interface(
     "URDF of the robot, of boxes and cylinders; latched",
 )
 
-LATCHED: Final = (TF_STATIC, MAP_INFO, ROBOT_DESCRIPTION)
+DRIVE_LIMITS = Interface(
+    "/drive_limits",
+    "farsteer_msgs/msg/DriveLimits",
+    "how fast the robot answers a command, for those who foresee where it will be; latched",
+)
+
+LATCHED: Final = (TF_STATIC, MAP_INFO, ROBOT_DESCRIPTION, DRIVE_LIMITS)
 """Topics that are published once."""
 
 INPUTS: tuple[Interface, ...] = (
@@ -244,7 +250,7 @@ ANSWERS: Final = (TURTLE_RESULT,)
 MOVE = Interface(
     "/move",
     "farsteer_msgs/action/Move",
-    "one step: straight on, or a turn on the spot; steps wait in a queue and are driven in order",
+    "one step: straight on, a turn on the spot, or an arc; steps wait in a queue and are driven in order",
 )
 
 ACTIONS: Final = (MOVE,)
@@ -421,12 +427,16 @@ SIMULATION_ACTION: Final = Interface(
 """Action for the referee."""
 
 
+_NOMINAL: Final = DriveConfig()
+
+
 def latched_messages(
     cloud: Cloud,
     robot: SkidSteer,
     mounts: Mounts,
     run_id: str = "",
     *,
+    drive: DriveConfig = _NOMINAL,
     places: Mapping[str, Pose] = MappingProxyType({}),
     camera: CameraModel | None = None,
     arm: ArmFit | None = None,
@@ -438,6 +448,7 @@ def latched_messages(
         robot: Its parameters.
         mounts: ``base_from_sensor`` of each sensor.
         run_id: Identity of this run of the robot.
+        drive: Limits of its drive.
         places: Named places of the map.
         camera: The camera that it carries, if any.
         arm: The arm that it carries, if any.
@@ -450,6 +461,7 @@ def latched_messages(
         TF_STATIC: estimate.tf_static(frames),
         MAP_INFO: estimate.map_info(cloud, run_id, places),
         ROBOT_DESCRIPTION: {"data": _description(robot, mounts, place, arm)},
+        DRIVE_LIMITS: control.drive_limits(drive),
         **({} if arm is None else _arm_info(arm)),
     }
 

@@ -82,6 +82,14 @@ class Steps:
 
 
 @dataclass(frozen=True, slots=True, config=STRICT)
+class Places:
+    """Says where to drive instead of steering: places on the way, each driven to as an arc under the deadman."""
+
+    kind: Literal["places"]
+    """``places``."""
+
+
+@dataclass(frozen=True, slots=True, config=STRICT)
 class Hand:
     """A person at the arm: leads its tip by hand from task to task; the run is over after the last one."""
 
@@ -135,7 +143,7 @@ class Station:
 
 
 Operator: TypeAlias = Annotated[
-    Follower | Steering | Careless | Replay | Steps | Hand | Client | Station,
+    Follower | Steering | Careless | Replay | Steps | Places | Hand | Client | Station,
     Field(discriminator="kind"),
 ]
 """Any operator."""

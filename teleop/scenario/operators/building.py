@@ -11,6 +11,7 @@ from teleop.scenario.operators.command_file import read_commands
 from teleop.scenario.operators.follower import Follower
 from teleop.scenario.operators.hand import HandOperator
 from teleop.scenario.operators.operator import Operator
+from teleop.scenario.operators.places import Places
 from teleop.scenario.operators.replay import Replay
 from teleop.scenario.operators.steering import SteeringModel
 from teleop.scenario.operators.steps import StepOperator
@@ -42,6 +43,8 @@ def operator_of(chosen: settings.Operator, *, beside: Path | None) -> Operator:
             return Replay(read_commands(_inside(beside or Path(), chosen.file)))
         case settings.Steps():
             return StepOperator(chosen.count, chosen.by)
+        case settings.Places():
+            return Places()
         case settings.Hand():
             return HandOperator(chosen)
         case settings.Client():

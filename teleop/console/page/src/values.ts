@@ -170,6 +170,27 @@ export interface ControlState {
   readonly guardReason: string;
   /** Who has switched the guard off; empty if nobody has. */
   readonly guardOffBy: string;
+  /** How much of what is asked for is driven; undefined of a robot that does not say. */
+  readonly pace?: Pace;
+}
+
+/** How much of what is asked for the robot drives, and for how long. */
+export interface Pace {
+  /** Share that the guard lets through. */
+  readonly guard: number;
+  /** Share at which it drives since commands come late. */
+  readonly late: number;
+  /** Time for which what is asked for goes on until the guard stops it [s]. */
+  readonly ahead: number;
+}
+
+/** How the robot answers a command: `/drive_limits` [m/s^2, rad/s^2, s]. */
+export interface DriveLimits {
+  readonly acceleration: number;
+  readonly braking: number;
+  readonly turnAcceleration: number;
+  readonly turnBraking: number;
+  readonly lag: number;
 }
 
 /** What limits the robot, in `base_link` [m]: `/teleop/guard`. */

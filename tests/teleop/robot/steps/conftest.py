@@ -17,7 +17,11 @@ class Rigs(Protocol):
     """Makes robots."""
 
     def __call__(
-        self, *, start: Pose | None = None, config: SimulationConfig | None = None
+        self,
+        *,
+        start: Pose | None = None,
+        config: SimulationConfig | None = None,
+        guard: bool = False,
     ) -> StepRig:
         """Make a robot at a start, with sensors of its own."""
 

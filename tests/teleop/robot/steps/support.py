@@ -60,6 +60,11 @@ class StepClient:
         twist = {"linear": {"x": forward, "y": 0, "z": 0}, "angular": {"x": 0, "y": 0, "z": 0}}
         self.send(op="publish", topic="/cmd_vel", msg=twist)
 
+    def joy(self, *, held: bool, forward: float = 0.0) -> None:
+        """Publish a stick."""
+        buttons = [0, 0, 0, 0, int(held), 0]
+        self.send(op="publish", topic="/joy", msg={"axes": [0.0, forward], "buttons": buttons})
+
     def call(self, service: str) -> None:
         """Call a service without arguments."""
         self.send(op="call_service", service=service, args={})
@@ -104,10 +109,11 @@ class StepRig:
         *,
         start: Pose | None = None,
         config: SimulationConfig | None = None,
+        guard: bool = False,
         round_trips: Callable[[int], RoundTrips | None] = lambda client: None,
     ) -> None:
         config = config or SimulationConfig(scanners=())
-        self.drive = build_drive(RobotParts(world, simulation=config, start=start))
+        self.drive = build_drive(RobotParts(world, simulation=config, start=start, guard=guard))
         simulation, arm = self.drive.simulation, ArmFit.of(world)
         self.protocol = Protocol(registry(), limits=ClientLimits.unhurried())
         server = Server(self.protocol, port=0, clock=lambda: simulation.stamp, lockstep=True)

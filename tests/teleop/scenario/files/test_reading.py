@@ -60,7 +60,7 @@ def test_a_file_of_two_lines_is_a_scenario(tmp_path: Path) -> None:
         ),
         (
             "[operator]\nspeed = 1",
-            "3: operator: needs a kind: careless, client, follower, hand, replay, station, steering or steps",
+            "3: operator: needs a kind: careless, client, follower, hand, places, replay, station, steering or steps",
         ),
         ("[[fault]]\nkind = 'kidnap'", "3: fault[0].at: is missing: When [s]."),
         (

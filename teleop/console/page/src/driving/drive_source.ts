@@ -1,6 +1,6 @@
-/** What the inputs of the driver have in common: keyboard, on-screen stick, gamepad and headset. */
+/** What the inputs of the driver have in common: keyboard, on-screen stick, gamepad, headset and a deadman alone. */
 
-export type SourceName = "keyboard" | "stick" | "gamepad" | "headset";
+export type SourceName = "keyboard" | "stick" | "gamepad" | "headset" | "hold";
 
 /** What an input asks for at one moment. */
 export interface SourceReading {

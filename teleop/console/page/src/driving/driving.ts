@@ -109,10 +109,10 @@ export class Driving {
     this.confirmed.value = true;
   }
 
-  /** Let a headset drive as well, for as long as it is worn. */
-  join(source: DriveSource): Joined {
+  /** Let something else drive as well: by default a headset, for as long as it is worn. */
+  join(source: DriveSource, worn = true): Joined {
     const leave = this.loop.join(source);
-    this.worn = this.focused = true;
+    [this.worn, this.focused] = [this.worn || worn, this.focused || worn];
     return {
       lose: (loss) => { this.steps?.stop(); this.lose(loss); },
       leave: () => { this.worn = false; this.focused = this.environment.document.hasFocus(); this.lose("headset-left"); leave(); },

@@ -1,11 +1,7 @@
 /** Geometry of hints on the floor: poses in `map`, metres and radians, headings left positive (REP 103). */
 
+import type { FloorPoint } from "../scene/floor_pointer";
 import type { PlanarPose, Pose, Quaternion } from "../values";
-
-export interface FloorPoint {
-  readonly x: number;
-  readonly y: number;
-}
 
 /** A drag shorter than this gives no heading [m]: a finger's tremble would decide where the robot looks. */
 export const SHORTEST_DRAG = 0.3;

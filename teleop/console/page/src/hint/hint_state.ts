@@ -1,7 +1,7 @@
 /** What the operator is about to tell the robot of its place, as one value, and the events that change it. */
 
 import type { Answer, HintPreview, HintVerdict, PlanarPose } from "../values";
-import type { FloorPoint } from "./hint_geometry";
+import type { FloorPoint } from "../scene/floor_pointer";
 
 /**
  * `off`: the picture is for looking; `placing`: presses and keys move the ghost; `waiting`: a hint was sent and

@@ -4,10 +4,10 @@ import { effect, signal, untracked, type ReadonlySignal } from "@preact/signals"
 import type { RobotCommands } from "../robot/robot_commands";
 import type { RobotState } from "../robot/robot_state";
 import type { Answer, PlanarPose, Pose } from "../values";
-import { planar, type FloorPoint } from "./hint_geometry";
+import { watchPointer, type FloorPoint } from "../scene/floor_pointer";
+import { planar } from "./hint_geometry";
 import { watchKeys } from "./hint_key_watch";
 import { hintKey } from "./hint_keys";
-import { watchPointer } from "./hint_pointer";
 import { HintPreviews, type PreviewClock } from "./hint_previews";
 import { qualityOf, type HintQuality } from "./hint_quality";
 import { canConfirm, isSearching, previewIsOld, reduceHint } from "./hint_reducer";

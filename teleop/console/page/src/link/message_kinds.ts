@@ -3,7 +3,7 @@
 import { placesInQuestion } from "../robot/places";
 import type { RobotState } from "../robot/robot_state";
 import type {
-  Bumpers, CloudPoints, ControlState, DriveTrouble, GridMap, GuardZone, HintVerdict, LocalizationStatus, MapInfo, Pose,
+  Bumpers, CloudPoints, ControlState, DriveLimits, DriveTrouble, GridMap, GuardZone, HintVerdict, LocalizationStatus, MapInfo, Pose,
 } from "../values";
 import type { CameraPictures } from "./camera_pictures";
 import type { Kind } from "./message_intake";
@@ -14,7 +14,7 @@ import {
   type Transform,
 } from "./message_checks/pose_messages";
 import {
-  readBumpers, readControl, readDescription, readDriveTrouble, readGuard, readMapInfo, readStatus, readVerdict, readVideoSources,
+  readBumpers, readControl, readDescription, readDriveLimits, readDriveTrouble, readGuard, readMapInfo, readStatus, readVerdict, readVideoSources,
 } from "./message_checks/robot_messages";
 import { readCompressedImage, readJoints, readLaserScan, readOccupancyGrid } from "./message_checks/sensor_messages";
 import type { RobotPicture } from "./robot_picture";
@@ -40,6 +40,7 @@ export interface MessageKinds {
   readonly driveTrouble: Kind<DriveTrouble | undefined>;
   readonly mapInfo: Kind<MapInfo>;
   readonly description: Kind<string>;
+  readonly driveLimits: Kind<DriveLimits>;
   readonly videoSources: Kind<ReadonlyMap<string, string>>;
   readonly joints: Kind<ReadonlyMap<string, number>>;
 }
@@ -187,6 +188,12 @@ export function messageKinds({ state, picture, pictures, mapInfo, control, compl
       read: readJoints,
       use: (joints) => {
         state.joints.value = joints;
+      },
+    },
+    driveLimits: {
+      read: readDriveLimits,
+      use: (limits) => {
+        state.driveLimits.value = limits;
       },
     },
     description: {

@@ -122,8 +122,9 @@ export class RobotCommander implements RobotCommands, StepCommands, CameraComman
     return this.#parts.calls.trigger("/localization/relocalize");
   }
 
-  step(goal: StepGoal, listener: StepListener): (() => void) | undefined {
-    return this.goal("/move", "farsteer_msgs/action/Move", goal, {
+  step({ held = false, ...goal }: StepGoal, listener: StepListener): (() => void) | undefined {
+    const way = held ? { hold_to_run: true, measure_by: "localization" } : {};
+    return this.goal("/move", "farsteer_msgs/action/Move", { ...goal, ...way }, {
       feedback: (values) => {
         const progress = check(readStepProgress, values);
         if (progress.ok) {

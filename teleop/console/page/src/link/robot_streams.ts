@@ -54,6 +54,7 @@ export function robotStreams(intake: MessageIntake, kinds: MessageKinds, setting
     intake.stream({ topic: "/map_info", type: "farsteer_msgs/MapInfo", ...latched }, kinds.mapInfo),
     intake.stream({ topic: "/tf_static", type: "tf2_msgs/TFMessage", ...latched }, kinds.fixedTransforms),
     intake.stream({ topic: "/robot_description", type: "std_msgs/String", ...latched }, kinds.description),
+    intake.stream({ topic: "/drive_limits", type: "farsteer_msgs/DriveLimits", ...latched }, kinds.driveLimits),
     intake.stream({ topic: "/cam_sources", type: "std_msgs/String", ...latched }, kinds.videoSources),
     intake.stream(
       { topic: "/localization/hint_verdict", type: "farsteer_msgs/HintVerdict", ...latched }, kinds.verdict,

@@ -14,6 +14,7 @@ import { GuidePanel } from "../panels/guide/guide_panel";
 import { HintPanel } from "../panels/hint/hint_panel";
 import { LayersPanel, ViewSwitch } from "../panels/layers/layers_panel";
 import { LegendPanel } from "../panels/layers/legend_panel";
+import { ThereHold, ThereSwitch } from "../panels/steps/there_parts";
 import { StepsPanel } from "../panels/steps/steps_panel";
 import { viewsOf, type Layer } from "../scene/settings";
 import { RunsPanel } from "../panels/runs/runs_panel";
@@ -69,6 +70,7 @@ export function App({ parts, canvas }: { readonly parts: PageParts; readonly can
           <div class="page-middle">
             {state.dialect.value !== "plain" && <Guarded name={texts.driving}><SpeedFigure state={state} gear={parts.driving.gear.value} /></Guarded>}
             {mayDrive && <GearSwitch driving={parts.driving} />}
+            {mayDrive && <ThereHold there={parts.there} driving={parts.driving} state={state} />}
             {layout === "wide" && !cameraLarge && (hinting || parts.scene.doubtful.value) && <Legend parts={parts} />}
           </div>
           {replay !== undefined && <replay.Bar player={replay.player} moments={replay.moments} onBack={() => { location.reload(); }} />}
@@ -161,7 +163,7 @@ function Panels({ parts, layout, about }: LaidOut & { readonly about: Signal<boo
         {layout !== "phone" && <DrivingCard parts={parts} />}
         {state.arm.value && <ArmSlot parts={parts} />}
         {state.dialect.value === "farsteer" && state.session.value?.mayDrive !== false && (
-          <Fold title={texts.steps}><StepsPanel steps={parts.steps} driving={driving} state={state} /></Fold>
+          <Fold title={texts.steps}><StepsPanel steps={parts.steps} driving={driving} state={state} /><ThereSwitch there={parts.there} /></Fold>
         )}
         {state.session.value?.mayPlay === true && <PlaygroundSlot parts={parts} />}
         {!hinting && hint}

@@ -15,6 +15,7 @@ import type { RobotWire } from "../link/robot_wire";
 import { closeTopDialog } from "../panels/dialog";
 import { EventLog } from "../panels/events/event_log";
 import { Sharing } from "../panels/session/sharing";
+import { drawPathAhead } from "../prediction";
 import type { RobotCommands } from "../robot/robot_commands";
 import { Runs } from "../runs/runs";
 import { unknownState, type LinkStatisticsSignal, type RobotState } from "../robot/robot_state";
@@ -23,7 +24,9 @@ import { Scene } from "../scene/scene";
 import { sceneSettings, type SceneSettings } from "../scene/settings";
 import { friendlyName, validName } from "../session/person_name";
 import { keepToken, takeToken, type TokenPlaces } from "../session/token";
+import { DriveThere } from "../steps/drive_there";
 import { StepControl } from "../steps/step_control";
+import { drawWay } from "../steps/there_layer";
 import { bothMotions, loadArm, type LoadedArm } from "./arm_loader";
 import { loadHeadset, type HeadsetPart } from "./headset_loader";
 import { openDropped, replayLoader, type Replay } from "./replay_loader";
@@ -48,6 +51,7 @@ export interface PageParts {
   readonly runs: Runs;
   readonly replay: Replay;
   readonly steps: StepControl;
+  readonly there: DriveThere;
   /** What moves the arm, once it has been loaded for a robot that has one. */
   readonly arm: ReadonlySignal<LoadedArm | undefined>;
   /** The headset, once there is one. */
@@ -103,6 +107,15 @@ export function startParts(address: string, version: string, canvas: HTMLCanvasE
   ));
   const steps = new StepControl(commands);
   steps.stopWhenHidden(document);
+  const there = new DriveThere({
+    surface: canvas, state, steps, join: (source) => driving.join(source, false), floorPoint: (x, y) => scene.floorPoint(x, y),
+    holdView: (held) => {
+      if (!hint.placing) {
+        scene.setInteraction(held ? "hint" : "camera");
+      }
+    },
+  });
+  drawWay(there, state, scene.workshop, settings.theme);
   const arm = loadArm({ wire: link.wire, state, scene, settings, driving, lean, events: events.add });
   driving.steps = bothMotions(steps, () => arm.peek()?.arm);
   const robot = httpAddress(address);
@@ -126,6 +139,7 @@ export function startParts(address: string, version: string, canvas: HTMLCanvasE
       hint.pick(candidate);
     }
   });
+  effect(() => { there.choosing.value &&= hint.view.value.phase !== "placing"; });
   viewHintsFromAbove(hint.view, settings.view);
   effect(() => { camera.large.value = camera.large.peek() && hint.view.value.phase !== "placing"; });
   effect(() => { driving.keysElsewhere.value = hint.view.value.phase === "placing" || arm.value?.arm.chosen.value === true; });
@@ -135,6 +149,7 @@ export function startParts(address: string, version: string, canvas: HTMLCanvasE
     (alarm, ended) => { events.alarm(alarm, ended); },
     browserAlarmEnvironment(),
   );
+  drawPathAhead({ scene, state, driving, statistics: link.statistics, settings });
   const ages = watchAges(state, link.statistics, scene);
   const headset = loadHeadset(navigator.xr, {
     immersion: scene.immersion, state, statistics: link.statistics, driving, steps, hint, camera, photo, alarms, arm,
@@ -145,7 +160,7 @@ export function startParts(address: string, version: string, canvas: HTMLCanvasE
   takeOwnToken(link.wire, state, () => name.peek(), (own) => { keepToken(PLACES, own, "lasting"); commands.authenticate(own); });
   link.start();
   return {
-    address, version, state, commands, statistics: link.statistics, scene, settings, driving, hint, guide, runs, replay, steps, arm, camera, photo,
+    address, version, state, commands, statistics: link.statistics, scene, settings, driving, hint, guide, runs, replay, steps, there, arm, camera, photo,
     alarms, headset, events, lean, ages, wire: link.wire, name, sharing: new Sharing(link.wire),
     rename: (wanted) => { name.value = wanted; commands.authenticate(takeToken(PLACES)); },
     setLean: (wanted) => { lean.value = wanted; link.setLean(wanted); },

@@ -2,12 +2,14 @@
 
 import type { Answer } from "../values";
 
-/** One step: straight on [m] or a turn on the spot [rad, left positive]; the other one is 0. */
+/** One step: straight on [m], a turn on the spot [rad, left positive], or both as an arc. */
 export interface StepGoal {
   readonly distance: number;
   readonly angle: number;
-  /** Speed [m/s], of a turn [rad/s]; 0 for the robot's own. */
+  /** Speed [m/s], of a turn on the spot [rad/s]; 0 for the robot's own. */
   readonly speed: number;
+  /** Whether it is driven only while the deadman is held, and measured in the map. */
+  readonly held?: boolean;
 }
 
 /** What the robot says of a step that has not ended. */

@@ -2,7 +2,7 @@
 
 import { signal, type ReadonlySignal, type Signal } from "@preact/signals";
 import type {
-  Attitude, Bumpers, CameraImage, CloudPoints, ControlState, DriveTrouble, GridMap, GuardZone, HintVerdict, LocalizationStatus,
+  Attitude, Bumpers, CameraImage, CloudPoints, ControlState, DriveLimits, DriveTrouble, GridMap, GuardZone, HintVerdict, LocalizationStatus,
   MapInfo, MapPoints, MeasuredMotion, NearestObstacle, PlaceInQuestion, PlanarCovariance, Session, StampedPose,
 } from "../values";
 
@@ -64,6 +64,7 @@ export interface RobotState {
   readonly truth: Signal<StampedPose | undefined>;
   /** The robot's model as URDF. */
   readonly description: Signal<string | undefined>;
+  readonly driveLimits: Signal<DriveLimits | undefined>;
   /** Whether the robot has an arm. */
   readonly arm: Signal<boolean>;
   /** Positions of the joints by their names [rad, m], of a robot with an arm. */
@@ -108,6 +109,7 @@ export function unknownState(): RobotState {
     attitude: signal(undefined),
     truth: signal(undefined),
     description: signal(undefined),
+    driveLimits: signal(undefined),
     arm: signal(false),
     joints: signal(undefined),
     image: signal(undefined),

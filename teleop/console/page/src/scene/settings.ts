@@ -26,6 +26,10 @@ export const LAYERS = [
 export type Layer = (typeof LAYERS)[number];
 export type Layers = Readonly<Record<Layer, boolean>>;
 
+/** When it is shown where the robot will go: while the link is slow, always, or never. */
+export const PATH_AHEAD = ["late", "always", "never"] as const;
+export type PathAhead = (typeof PATH_AHEAD)[number];
+
 export const POINT_SIZE_RANGE = { min: 0.5, max: 4, initial: 1 } as const;
 export const DECAY_RANGE = { min: 0, max: 30, initial: 4 } as const;
 
@@ -35,6 +39,7 @@ export interface SceneSettings {
   /** Factor on the size of all points. */
   readonly pointSize: Signal<number>;
   readonly layers: Signal<Layers>;
+  readonly pathAhead: Signal<PathAhead>;
   /** How long old sweeps stay in the picture [s]; 0 keeps none. */
   readonly decay: Signal<number>;
 }
@@ -54,6 +59,7 @@ export function sceneSettings(
     view: remembered("farsteer.view", "chase", oneOf(VIEWS), keeper),
     theme: remembered("farsteer.theme", prefersDark ? "night" : "day", oneOf(THEMES), keeper),
     pointSize: remembered("farsteer.pointSize", POINT_SIZE_RANGE.initial, within(POINT_SIZE_RANGE), keeper),
+    pathAhead: remembered("farsteer.pathAhead", "late", oneOf(PATH_AHEAD), keeper),
     layers: remembered("farsteer.shown", FIRST_LAYERS, asLayers, keeper),
     decay: remembered("farsteer.decay", DECAY_RANGE.initial, within(DECAY_RANGE), keeper),
   };

@@ -52,7 +52,7 @@ export const drivingTexts = {
   nothing: "nothing",
   standstill: "stands still",
   unknown: "unknown",
-  source: { keyboard: "keys", stick: "stick on the screen", gamepad: "gamepad", headset: "headset" },
+  source: { keyboard: "keys", stick: "stick on the screen", gamepad: "gamepad", headset: "headset", hold: "a button that is held" },
   motion: (forward: number, turn: number) => {
     const ahead = `${Math.round(Math.abs(forward) * 100)} % ${forward < 0 ? "back" : "ahead"}`;
     const around = `${Math.round(Math.abs(turn) * 100)} % ${turn < 0 ? "right" : "left"}`;

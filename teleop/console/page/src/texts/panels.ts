@@ -121,6 +121,8 @@ export const layerTexts = {
   factor: (value: number): string => `${value.toFixed(1)} times`,
   decay: "Old sweeps stay for",
   seconds: (value: number): string => (value === 0 ? "not at all" : `${value.toFixed(0)} s`),
+  pathAhead: "Where it will go",
+  pathsAhead: { late: "If late", always: "Always", never: "Never" },
   layers: "Shown",
   names: {
     building: "Building",

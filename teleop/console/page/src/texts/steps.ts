@@ -7,6 +7,9 @@ const done = (goal: { readonly distance: number }, way: { readonly distance: num
   goal.distance === 0 ? degrees(Math.abs(way.angle)) : metres(Math.abs(way.distance));
 
 function named({ distance, angle }: { readonly distance: number; readonly angle: number }): string {
+  if (distance !== 0 && angle !== 0) {
+    return `Arc of ${metres(Math.abs(distance))}, ${degrees(Math.abs(angle))} to the ${angle > 0 ? "left" : "right"}`;
+  }
   if (distance !== 0) {
     return `${distance > 0 ? "Forward" : "Back"} ${metres(Math.abs(distance))}`;
   }
@@ -41,9 +44,13 @@ export const stepTexts = {
   notBegun: (goal: { readonly distance: number; readonly angle: number }, why: string): string => `${named(goal)}: not driven; ${why}.`,
   why: {
     cancelled: "cancelled", e_stop: "emergency stop", taken_over: "somebody drives by hand", contact: "the bumper touched something",
-    stalled: "it could not move on", guard: "the guard stopped it", time_limit: "it took too long", silent: "the link was silent", lost: "it has lost its place",
+    stalled: "it could not move on", guard: "the guard stopped it", released: "", time_limit: "it took too long", silent: "the link was silent", lost: "it has lost its place",
     refused: "refused",
   },
   because: (why: string, words: string): string => (words === "" ? why : why === "" ? words : `${why} (${words})`),
+  there: "Drive there",
+  thereHelp: "Press where the robot is to go, or drag.",
+  thereHold: "Hold to drive there",
+  thereNoPose: "The robot does not know where it is.",
   notSent: "Not sent: there is no connection.",
 } as const;

@@ -1,6 +1,8 @@
 /** Messages of a Farsteer robot's own types. */
 
-import type { Bumpers, ControlState, DriveTrouble, GuardZone, Health, HintVerdict, LocalizationStatus, MapInfo, NamedPlace, Spot } from "../../values";
+import type {
+  Bumpers, ControlState, DriveLimits, DriveTrouble, GuardZone, Health, HintVerdict, LocalizationStatus, MapInfo, NamedPlace, Pace, Spot,
+} from "../../values";
 import type { Field } from "./field";
 import { frame, headerStamp, pose, vector } from "./geometry";
 
@@ -96,6 +98,21 @@ export function readControl(message: Field): ControlState {
     guard: guard.missing ? "off" : guard.word(GUARD),
     guardReason: guard.missing ? "" : message.at("guard_reason").text(SENTENCE),
     guardOffBy: guard.missing ? "" : message.at("guard_overridden_by").text(),
+    ...(message.at("guard_ahead").missing ? {} : { pace: pace(message) }),
+  };
+}
+
+function pace(message: Field): Pace {
+  const share = (name: string): number => message.at(name).within(0, 1);
+  return { guard: share("guard_factor"), late: share("late_factor"), ahead: message.at("guard_ahead").within(0, 1e3) };
+}
+
+/** `farsteer_msgs/DriveLimits`. */
+export function readDriveLimits(message: Field): DriveLimits {
+  const limit = (name: string): number => message.at(name).within(0.01, 1e3);
+  return {
+    acceleration: limit("acceleration"), braking: limit("braking"), turnAcceleration: limit("turn_acceleration"),
+    turnBraking: limit("turn_braking"), lag: message.at("lag").within(0, 10),
   };
 }
 

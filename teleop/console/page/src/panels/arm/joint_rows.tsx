@@ -4,7 +4,7 @@ import { useSignal } from "@preact/signals";
 import type { Arm } from "../../arm/arm";
 import type { ArmJoint } from "../../robot/arm";
 import { armTexts as texts } from "../../texts/arm";
-import { HoldButton } from "./hold_button";
+import { HoldButton } from "../hold_button";
 
 /** Shares of the stall torque that a servo stands for long, and for a second. */
 const LONG = 0.5;

@@ -4,7 +4,7 @@ import type { Arm, KnownArm } from "../../arm/arm";
 import type { EndedMove, PendingMove } from "../../arm/goals/move_control";
 import { armTexts as texts } from "../../texts/arm";
 import { press } from "../driving/press";
-import { HoldButton } from "./hold_button";
+import { HoldButton } from "../hold_button";
 
 export function MovesPart({ arm, known }: { readonly arm: Arm; readonly known: KnownArm }) {
   const { moved, hold } = arm;

@@ -3,7 +3,7 @@
 import type { ReadonlySignal, Signal } from "@preact/signals";
 import { useId } from "preact/hooks";
 import {
-  DECAY_RANGE, LAYERS, POINT_SIZE_RANGE, THEMES, viewsOf, withLayer, type Layer, type SceneSettings, type View,
+  DECAY_RANGE, LAYERS, PATH_AHEAD, POINT_SIZE_RANGE, THEMES, viewsOf, withLayer, type Layer, type SceneSettings, type View,
 } from "../../scene/settings";
 import { layerTexts as texts, panelTexts } from "../../texts/panels";
 import { Panel } from "../panel";
@@ -32,6 +32,7 @@ export function LayersPanel({ settings, views, lean, absent = [], ages }: Layers
       <Choice title={texts.theme} options={THEMES} names={texts.themes} chosen={settings.theme} />
       <Slider title={texts.pointSize} value={settings.pointSize} range={POINT_SIZE_RANGE} step={0.1} words={texts.factor} />
       <Slider title={texts.decay} value={settings.decay} range={DECAY_RANGE} step={1} words={texts.seconds} />
+      <Choice title={texts.pathAhead} options={PATH_AHEAD} names={texts.pathsAhead} chosen={settings.pathAhead} />
       <fieldset>
         <legend>{texts.layers}</legend>
         {LAYERS.filter((layer) => !absent.includes(layer)).map((layer) => (

@@ -10,7 +10,7 @@ let page: Mounted;
 
 beforeEach(() => {
   settings = {
-    view: signal("chase"), theme: signal("day"), pointSize: signal(1), decay: signal(4),
+    view: signal("chase"), theme: signal("day"), pointSize: signal(1), decay: signal(4), pathAhead: signal("late"),
     layers: signal({ building: true, map: true, cloud: true, oldSweeps: true, path: true, covariance: true, hypotheses: true, names: true, minimap: true, truth: true, grid: false }),
   };
 });

@@ -1,7 +1,14 @@
-/** Presses and drags on the picture while a hint is being placed. */
+/** Presses and drags on the floor in the picture, while something is being placed there. */
 
-import type { FloorPoint } from "./hint_geometry";
-import type { HintEvent } from "./hint_state";
+/** A point of the floor in `map` [m]. */
+export interface FloorPoint {
+  readonly x: number;
+  readonly y: number;
+}
+
+export type FloorEvent =
+  | { readonly type: "press" | "drag"; readonly point: FloorPoint }
+  | { readonly type: "release" };
 
 /** A pointer that moved less than this does not drag yet [CSS pixels]: a finger is never still. */
 export const SHORTEST_MOVE = 10;
@@ -17,7 +24,7 @@ export function watchPointer(
   surface: HTMLElement,
   floorPoint: (clientX: number, clientY: number) => FloorPoint | undefined,
   active: () => boolean,
-  dispatch: (event: HintEvent) => void,
+  dispatch: (event: FloorEvent) => void,
 ): () => void {
   const stop = new AbortController();
   let down: { id: number; x: number; y: number; dragging: boolean } | undefined;

@@ -36,7 +36,7 @@ export function HoldButton({ name, kind = "", disabled = false, begin, end, chil
   useEffect(() => release, []);
   return (
     <button
-      type="button" class={`arm-hold ${kind}`} aria-label={name} title={name} disabled={disabled}
+      type="button" class={`panel-hold ${kind}`} aria-label={name} title={name} disabled={disabled}
       onPointerDown={(event) => {
         if (event.button === 0) {
           event.currentTarget.setPointerCapture(event.pointerId);

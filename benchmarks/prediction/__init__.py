@@ -1,0 +1,1 @@
+"""How well the predicted path says where the robot will be."""

@@ -1,0 +1,37 @@
+/** "Drive there": a switch that lets presses on the picture choose a place, and a button that is held to drive to it. */
+
+import type { Driving } from "../../driving/driving";
+import type { RobotState } from "../../robot/robot_state";
+import type { DriveThere } from "../../steps/drive_there";
+import { stepTexts as texts } from "../../texts/steps";
+import { HoldButton } from "../hold_button";
+
+export function ThereSwitch({ there }: { readonly there: DriveThere }) {
+  const choosing = there.choosing.value;
+  return (
+    <div class="panel">
+      <button type="button" class="steps-there" aria-pressed={choosing} onClick={() => { there.choosing.value = !choosing; }}>{texts.there}</button>
+    </div>
+  );
+}
+
+interface HoldProps {
+  readonly there: DriveThere;
+  readonly driving: Driving;
+  readonly state: RobotState;
+}
+
+/** Over the picture, while a place is chosen. */
+export function ThereHold({ there, driving, state }: HoldProps) {
+  if (!there.choosing.value) {
+    return null;
+  }
+  const { will, words } = driving.status.value;
+  const why = !will ? words : state.mapFromBase.value === undefined ? texts.thereNoPose : there.target.value === undefined ? texts.thereHelp : undefined;
+  return (
+    <div class="panel steps-hold">
+      <HoldButton disabled={why !== undefined} begin={() => { there.hold(); }} end={() => { there.letGo(); }}>{texts.thereHold}</HoldButton>
+      {why !== undefined && <p role="status" class="panel-quiet">{why}</p>}
+    </div>
+  );
+}
