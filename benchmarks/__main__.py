@@ -32,6 +32,7 @@ COMMANDS = {
     "guard": "guard.campaign",
     "kafka": "bridges.kafka",
     "localization": "localization.comparison",
+    "lanes": "wire.lanes",
     "log": "localization.log_files",
     "motion": "bridges.motion",
     "people": "localization.people",

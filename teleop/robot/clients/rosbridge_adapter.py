@@ -162,7 +162,13 @@ class RosbridgeAdapter(Observer):
         return [
             (
                 output,
-                advertise(output.name, output.type, latch=output.latch, newest=not output.latch),
+                advertise(
+                    output.name,
+                    output.type,
+                    latch=output.latch,
+                    newest=not output.latch,
+                    thin=output.thin,
+                ),
             )
             for output in outputs
             if output.name not in hidden
