@@ -125,6 +125,10 @@ class Outbox:
             number, waiting = next(iter(self._small.items()))
         else:
             return None
+        if (tally := waiting.frame.tally) is not None and self._clock is not None:
+            captured, since = waiting.frame.captured, waiting.since
+            tally.made = since - captured if captured else None
+            tally.queued = self._clock() - since
         return self._remove(number)
 
     def pop_small(self, room: int) -> list[OutgoingFrame]:

@@ -61,6 +61,12 @@ class MessageTally:
     dropped: int = 0
     """Number of queued messages that newer ones replaced."""
 
+    made: int | None = None
+    """Age of the newest message that was sent when it was encoded [ns]; None if unknown."""
+
+    queued: int | None = None
+    """Time for which that message waited to be sent [ns]; None before the first."""
+
     detail: Detail = field(default_factory=Detail)
     """How much of each message is sent, where it can be thinned."""
 
@@ -92,6 +98,9 @@ class OutgoingFrame:
 
     fragment_id: str = ""
     """Id of the fragments; empty if the frame is not fragmented."""
+
+    captured: int = 0
+    """Time at which the content was captured, by the server's clock [ns]; 0 if unknown."""
 
     tally: MessageTally | None = field(default=None, compare=False, repr=False)
     """Counts the messages of the subscription that the frame is for."""

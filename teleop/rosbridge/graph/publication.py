@@ -45,6 +45,7 @@ class Publication:
         *,
         newest: bool = False,
         thin: Thin | None = None,
+        captured: int = 0,
     ) -> None:
         self.message = message
         self.thin = thin
@@ -52,6 +53,9 @@ class Publication:
 
         self.newest = newest
         """Whether it is worth nothing once a newer one is there."""
+
+        self.captured = captured
+        """Time at which its content was captured [ns]; 0 if unknown."""
 
         self.size = 0
         """Memory of a latched message of a client [bytes]."""

@@ -116,6 +116,7 @@ class Subscription:
             depth=merged.depth,
             newest=newest,
             thinned=thin,
+            captured=publication.captured,
             fragment=0 if binary else merged.fragment,
             tally=self.tally,
         )

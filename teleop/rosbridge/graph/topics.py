@@ -136,10 +136,17 @@ class Topics:
         if topic.wanted or topic.latch:
             self.publish_on(topic, message() if callable(message) else message, now)
 
-    def publish_on(self, topic: Topic, message: Message, now: int) -> None:
-        """Publish on a topic that ``advertise`` returned; the caller has asked whether it is ``wanted``."""
+    def publish_on(self, topic: Topic, message: Message, now: int, *, captured: int = 0) -> None:
+        """Publish on a topic that ``advertise`` returned; the caller has asked whether it is ``wanted``.
+
+        Args:
+            topic: The topic.
+            message: The message.
+            now: Current time [ns].
+            captured: Time of its content by the same clock [ns]; 0 if unknown.
+        """
         self._timers.advance(now)
-        publication = self.publication(topic, message, now)
+        publication = self.publication(topic, message, now, captured)
         if topic.latch:
             topic.latched[HOST] = publication
         self.deliver(topic, publication, now)
@@ -176,11 +183,20 @@ class Topics:
 
     # Shared by host and clients
 
-    def publication(self, topic: Topic, message: Message, now: int) -> Publication:
+    def publication(
+        self, topic: Topic, message: Message, now: int, captured: int = 0
+    ) -> Publication:
         """Return a message of a topic as it is published."""
         newest, thin = (topic.newest, topic.thin) if topic.owned else (False, None)
         return Publication(
-            topic.kind, message, self._encoders, self._png, now, newest=newest, thin=thin
+            topic.kind,
+            message,
+            self._encoders,
+            self._png,
+            now,
+            newest=newest,
+            thin=thin,
+            captured=captured,
         )
 
     def deliver(self, topic: Topic, publication: Publication, now: int) -> None:

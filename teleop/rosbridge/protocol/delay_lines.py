@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Final, TypeAlias
 
 from teleop.rosbridge.framing.outbox import Outbox
@@ -263,6 +263,8 @@ class DelayLines:
         if isinstance(output, OutgoingFrame) and _is_ping(output):
             self.ping_through(client, output.payload, when)
         else:
+            if isinstance(output, OutgoingFrame):  # counted already
+                output = replace(output, tally=None)
             self._transmit(client, output)
 
     def _retry(self, client: int, now: int) -> None:
