@@ -1,8 +1,8 @@
 """Where the time between robot and operator goes: each part of the way has its share, measured and not guessed.
 
 A client asks ``/teleop/link`` again and again. The answer with the least round trip relates the two clocks: half of it is
-the way to the robot (NTP, RFC 5905). What later grows is then seen in the direction in which it grows. The part of a
-difference between the two ways that was there from the start cannot be told from clocks that differ.
+the way to the robot (NTP, RFC 5905). What later grows is then seen in the direction in which it grows. Of a
+difference between the two ways that was there from the start each gets a half: the clocks might differ as well.
 """
 
 from __future__ import annotations

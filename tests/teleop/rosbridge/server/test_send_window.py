@@ -215,7 +215,7 @@ def test_client_that_answers_no_ping_is_sent_everything() -> None:
 def test_least_round_trip_is_found_again_while_the_link_is_always_busy() -> None:
     """Else the queue that the window leaves would count as a part of the way, again and again."""
     window, now, free = SendWindow(), SECOND, 0
-    trips, waiting = [], []
+    trips, waiting = list[int](), list[tuple[bytes, int]]()
     for _ in range(6000):
         now += 10 * MILLISECOND
         for payload, at in list(waiting):
