@@ -109,11 +109,21 @@ class GrowthWatch:
         self._past: deque[tuple[float, Mapping[str, float]]] = deque()
 
     def add(self, time: float, hops: Mapping[str, float]) -> str | None:
-        """Add the parts of a way at a time [s]; return the one that has grown most, by ``GROWTH`` at least."""
+        """Add the parts of a way at a time [s]; return the one that has grown most, by ``GROWTH`` at least.
+
+        A single late one is none that grows: the least of the last few counts, against the least of the first few.
+        """
         self._past.append((time, hops))
         while self._past[0][0] < time - WINDOW:
             self._past.popleft()
-        old = self._past[0][1]
-        grown = {name: value - old.get(name, value) for name, value in hops.items()}
+        few = min(3, len(self._past) // 2)
+        past = [each for _, each in self._past]
+        old, new = past[:few], past[len(past) - few :]
+        grown = {
+            name: min(each.get(name, 0.0) for each in new)
+            - min(each.get(name, value) for each in old)
+            for name, value in hops.items()
+            if few
+        }
         most = max(grown, key=lambda name: grown[name], default="")
         return most if most and grown[most] >= GROWTH else None

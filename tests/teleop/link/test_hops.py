@@ -73,7 +73,7 @@ def test_queue_that_grows_by_tenths_of_seconds_is_named_within_two_seconds() -> 
     watch = GrowthWatch()
     steady = [watch.add(t / 4, {"queue": 0.01, "wire": 0.05 + 0.01 * (t % 2)}) for t in range(40)]
     assert set(steady) == {None}
-    named = [watch.add(10 + t / 4, {"queue": 0.01 + t / 40, "wire": 0.05}) for t in range(1, 9)]
+    named = [watch.add(10 + t / 4, {"queue": 0.01 + t / 20, "wire": 0.05}) for t in range(1, 9)]
     assert "queue" in named[: round(4 * WINDOW)]
     assert set(named) == {None, "queue"}
 

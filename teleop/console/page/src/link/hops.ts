@@ -73,7 +73,7 @@ export class HopRecorder {
     }
     this.#hops = hops;
     this.#past = [...this.#past.filter(({ at }) => at >= cameAt - WINDOW), { at: cameAt, hops }];
-    this.#growing = grown(this.#past[0]?.hops ?? hops, hops);
+    this.#growing = grown(this.#past.map((each) => each.hops));
   }
 
   get hops(): readonly Hop[] {
@@ -81,12 +81,13 @@ export class HopRecorder {
   }
 }
 
-/** The part that has grown most, if it has grown enough. */
-function grown(before: ReadonlyMap<HopName, number>, now: ReadonlyMap<HopName, number>): HopName | undefined {
+/** The part that has grown most, if it has grown enough; a single late one is none that grows. */
+function grown(past: readonly ReadonlyMap<HopName, number>[]): HopName | undefined {
+  const [before, last, now] = [past[0], past.at(-2), past.at(-1)];
   let most = GROWTH;
   let found: HopName | undefined;
-  for (const [name, took] of now) {
-    const growth = took - (before.get(name) ?? took);
+  for (const [name, took] of now ?? []) {
+    const growth = Math.min(took, last?.get(name) ?? 0) - (before?.get(name) ?? took);
     if (growth >= most) {
       most = growth;
       found = name;

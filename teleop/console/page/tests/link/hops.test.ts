@@ -44,11 +44,13 @@ describe("the parts of the way", () => {
       answer(recorder, at, QUIET);
       expect(growing(recorder)).toEqual([]);
     }
-    answer(recorder, 10_000, { ...QUIET, queue: 40 });
-    answer(recorder, 11_000, { ...QUIET, queue: 160 });
+    answer(recorder, 10_000, { ...QUIET, wireDown: 300 });
+    expect(growing(recorder)).toEqual([]);
+    answer(recorder, 11_000, { ...QUIET, queue: 101 });
+    answer(recorder, 12_000, { ...QUIET, queue: 201 });
     expect(growing(recorder)).toEqual(["queue"]);
-    for (let at = 12_000; at < 15_000; at += 1000) {
-      answer(recorder, at, { ...QUIET, queue: 160 });
+    for (let at = 13_000; at < 17_000; at += 1000) {
+      answer(recorder, at, { ...QUIET, queue: 201 });
     }
     expect(growing(recorder)).toEqual([]);
   });
