@@ -50,7 +50,7 @@ export class HopRecorder {
    * Take an answer.
    *
    * @param topic The topic whose way is shown, and `seen` its newest message.
-   * @param pageLag How late the page comes to what is due [ms].
+   * @param pageLag How late the page comes to what is due, on average [ms].
    */
   answered(answer: LinkAnswer, askedAt: number, cameAt: number, topic: string, seen: Seen | undefined, pageLag: number): void {
     const trip = cameAt - askedAt;
@@ -62,7 +62,9 @@ export class HopRecorder {
     if (seen !== undefined && sent !== undefined && sent.made >= 0 && sent.queued >= 0) {
       const [made, queued] = [1000 * sent.made, 1000 * sent.queued];
       const age = seen.cameAt + offset - 1000 * (seen.stamp + answer.now - answer.stamp);
-      hops.set("robot", made).set("queue", queued).set("wireDown", age - made - queued).set("page", pageLag);
+      // A page that is late takes messages late, too: no browser says when they came.
+      const page = Math.max(0, Math.min(pageLag, age - made - queued));
+      hops.set("robot", made).set("queue", queued).set("wireDown", age - made - queued - page).set("page", page);
       if (seen.drawn !== undefined) {
         hops.set("drawn", seen.drawn);
       }

@@ -102,11 +102,11 @@ export class LinkRecorder {
   /** The robot said what it left out, and what of the way it knows. */
   counted(answer: LinkAnswer, askedAt: number, now: number): void {
     this.#dropped = new Map([...answer.topics].map(([topic, { dropped }]) => [topic, dropped]));
-    this.#hops.answered(answer, askedAt, now, WAY_TOPIC, this.#seen, this.#pageLag);
+    this.#hops.answered(answer, askedAt, now, WAY_TOPIC, this.#seen, this.#meanLag);
   }
 
-  get #pageLag(): number {
-    return percentile(this.#ticks.map(({ late }) => late), 0.95) ?? 0;
+  get #meanLag(): number {
+    return this.#ticks.reduce((sum, { late }) => sum + late, 0) / Math.max(1, this.#ticks.length);
   }
 
   /**
@@ -122,7 +122,7 @@ export class LinkRecorder {
       roundTrip: last === undefined ? (overdue > 0 ? overdue : undefined) : Math.max(last, overdue),
       roundTripP95: percentile(trips, 0.95),
       jitter: meanDifference(trips),
-      pageLag: this.#pageLag,
+      pageLag: percentile(this.#ticks.map(({ late }) => late), 0.95) ?? 0,
       hops: this.#hops.hops,
       bytesPerSecond: this.#bytes.rate(now, this.#since),
       silence,

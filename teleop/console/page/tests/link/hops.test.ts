@@ -17,8 +17,8 @@ function answer(recorder: HopRecorder, at: number, way: Way): ReadonlyMap<HopNam
     topics: new Map([["/pose", { dropped: 0, made: way.robot / 1000, queued: way.queue / 1000 }]]),
   };
   const stamp = (now - LAG - way.robot - way.queue) / 1000;
-  const cameAt = at + way.wireDown;
-  recorder.answered(told, at - way.wireUp, cameAt, "/pose", { stamp, cameAt, drawn: way.drawn }, way.page);
+  const cameAt = at + way.wireDown + way.page;
+  recorder.answered(told, at - way.wireUp - way.hand, cameAt, "/pose", { stamp, cameAt, drawn: way.drawn }, way.page);
   return new Map(recorder.hops.map(({ name, took }) => [name, took]));
 }
 
@@ -35,6 +35,9 @@ describe("the parts of the way", () => {
       for (const [name, took] of after) {
         expect(took - (before.get(name) ?? 0)).toBeCloseTo(name === part ? 200 : 0, 3);
       }
+      const seen = ["robot", "queue", "wireDown", "page"] as const;
+      const added = seen.some((name) => name === part) ? 200 : 0;
+      expect(seen.reduce((sum, name) => sum + (after.get(name) ?? 0), 0)).toBeCloseTo(55 + added, 3);
     },
   );
 
