@@ -111,7 +111,7 @@ class GrowthWatch:
     def add(self, time: float, hops: Mapping[str, float]) -> str | None:
         """Add the parts of a way at a time [s]; return the one that has grown most, by ``GROWTH`` at least.
 
-        A single late one is none that grows: the least of the last few counts, against the least of the first few.
+        One that is late once does not grow: the least of the last few counts, against the least of the first few.
         """
         self._past.append((time, hops))
         while self._past[0][0] < time - WINDOW:

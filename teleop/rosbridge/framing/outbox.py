@@ -105,13 +105,16 @@ class Outbox:
             return f"send queue exceeds {limit} bytes"
         return None
 
-    def pop(self, room: int | None = None) -> OutgoingFrame | None:
+    def pop(self, room: int | None = None, *, silent: bool = False) -> OutgoingFrame | None:
         """Remove and return the frame to be sent next; None if there is none.
 
         Args:
             room: Size that a large message may have now [bytes]; None for any. For one that does not fit, the newest
                 of its topic waits in its place, if only that counts.
+            silent: Whether the link carries nothing, so that messages wait here, where newer ones replace them.
         """
+        if silent and not self._control:
+            return None
         if self._first_small() is None and self._large:
             self._wait_with_newest(room)
             number, waiting = next(iter(self._large.items()))

@@ -3,7 +3,8 @@
 Buffers of the kernel, of proxies and of modems hold seconds of a slow link, and no socket shows them all. So a ping
 follows each large message: its answer says that the client has everything before it. As many bytes may be under way as
 make the round trip ``CARRIED_IN`` longer than the least one, as the last large message showed (delay-based congestion
-control; LEDBAT, RFC 6817, has 100 ms for the same). Clients that answer no ping are sent everything.
+control; LEDBAT, RFC 6817, has 100 ms for the same). A ping goes behind small messages, too, now and then: while its
+answer is overdue nothing is sent that would be old when it arrives. Clients that answer no ping are sent everything.
 """
 
 from __future__ import annotations
@@ -22,6 +23,16 @@ _PREFIX: Final = b"sw"
 _FIRST: Final = 14_600
 """Bytes that may be under way before anything is known [bytes]; as many as TCP begins with (RFC 6928)."""
 
+_SMALL_PERIOD: Final = SECOND // 5
+"""Least time between pings behind small messages [ns]."""
+
+_OVERDUE: Final = SECOND * 3 // 20
+"""Time by which an answer may be later than those before until the link counts as silent [ns]; it was chosen: messages
+that are as old are current."""
+
+_FADES: Final = 0.95
+"""What is left of the longest round trip with each answer: behind a large message an answer comes later."""
+
 _MOST_MARKS: Final = 64
 """Pings without an answer; a client that answers none gets no more of them."""
 
@@ -35,13 +46,13 @@ round trip."""
 
 @dataclass(frozen=True, slots=True)
 class _Mark:
-    """A ping behind a large message, or before the first one."""
+    """A ping behind a large message, before the first one, or behind small ones."""
 
     number: int
     sent: int
     """Time at which the sending of the message began [ns]."""
     size: int
-    """Size of the message [bytes]; 0 before the first."""
+    """Size of the large message [bytes]; 0 without one."""
     under_way: int
     """Bytes under way then, the message included."""
     tally: MessageTally | None
@@ -57,6 +68,7 @@ class SendWindow:
         self._under_way = 0
         self._empty_at, self._queue = 0, 0
         self._least, self._recent, self._renewed = 0, 0, 0
+        self._trip, self._marked = 0.0, 0
 
     def room(self, now: int) -> int | None:
         """Return how many bytes more may be under way; None for any number."""
@@ -66,9 +78,20 @@ class SendWindow:
             return 0
         return int(self._size) - self._under_way
 
+    def silent(self, now: int) -> bool:
+        """Return whether an answer is overdue, as while the link carries nothing."""
+        known = self._size is not None and self._marks
+        return bool(known) and now - self._marks[0].sent > self._trip + _OVERDUE
+
+    def small(self, now: int) -> bytes | None:
+        """Return the payload of the ping to be sent behind small messages, if one is due."""
+        if now - self._marked < _SMALL_PERIOD or len(self._marks) >= _MOST_MARKS:
+            return None
+        return self._mark(_Mark(self._number + 1, now, 0, self._under_way, None))
+
     def before(self, now: int) -> bytes | None:
         """Return the payload of the ping to be sent before a large message, if one is."""
-        if self._marks:
+        if self._under_way or len(self._marks) >= _MOST_MARKS:
             return None
         self._empty_at = now
         return self._mark(_Mark(self._number + 1, now, 0, 0, None))
@@ -100,7 +123,7 @@ class SendWindow:
         return True
 
     def _mark(self, mark: _Mark) -> bytes:
-        self._number = mark.number
+        self._number, self._marked = mark.number, mark.sent
         self._marks.append(mark)
         return b"%s%d" % (_PREFIX, mark.number)
 
@@ -111,6 +134,7 @@ class SendWindow:
         self._recent = min(self._recent, trip)
         self._least = min(self._least or trip, trip)
         self._queue = trip - self._least
+        self._trip = max(trip, self._trip * _FADES)
         self._size = self._size or _FIRST
         if mark.size:
             growth = (self._least + CARRIED_IN) / trip

@@ -150,7 +150,7 @@ class SocketWriter:
             corked = len(self._outbox) > 1 or self._outbox.size >= BULK_BYTES
             if corked:
                 _cork(self.socket, True)
-            while (frame := self._outbox.pop(self._room())) is not None:
+            while (frame := self._pop()) is not None:
                 try:
                     async with asyncio.timeout(timeout):
                         await self._send(frame)
@@ -173,12 +173,14 @@ class SocketWriter:
 
     def _send_at_once(self) -> None:
         """Write the frames that fit into an empty buffer together, such as those of a tick: nobody waits for that."""
-        transport = self.socket.transport
-        if not self.socket.open or transport.get_write_buffer_size():
+        transport, now = self.socket.transport, 0 if self._clock is None else self._clock()
+        if not self.socket.open or transport.get_write_buffer_size() or self._window.silent(now):
             return
         _, room = transport.get_write_buffer_limits()
         if frames := self._outbox.pop_small(room):
             self.socket.send_at_once((frame.payload, not frame.binary) for frame in frames)
+            if now and (ping := self._window.small(now)):
+                self.socket.send_ping(ping)
 
     async def _send(self, frame: OutgoingFrame) -> None:
         if frame.kind is FrameKind.PING:
@@ -197,9 +199,12 @@ class SocketWriter:
         if begin and (ping := self._window.behind(size, frame.tally, begin)):
             self.socket.send_ping(ping)
 
-    def _room(self) -> int | None:
-        """Return the size that a large message may have now [bytes]; None for any."""
-        return None if self._clock is None else self._window.room(self._clock())
+    def _pop(self) -> OutgoingFrame | None:
+        """Return the next frame that the link carries in time, as far as it is measured."""
+        if self._clock is None:
+            return self._outbox.pop()
+        now = self._clock()
+        return self._outbox.pop(self._window.room(now), silent=self._window.silent(now))
 
     async def _hang_up(self, close: CloseFrame) -> None:
         try:

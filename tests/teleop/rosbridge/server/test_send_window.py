@@ -212,6 +212,37 @@ def test_client_that_answers_no_ping_is_sent_everything() -> None:
     run(drive())
 
 
+@pytest.mark.parametrize("rate", [MEGABIT, 100 * MEGABIT])
+def test_after_a_stall_nothing_old_comes_but_what_was_on_its_way(rate: float) -> None:
+    async def drive() -> None:
+        link = Link(rate)
+        begun = link.loop.time() + 5.05
+        link.loop.call_at(begun, setattr, link, "stalled_until", begun + 3.0)
+        await publish(link, 10.0, thin=True)
+        for topic in TOPICS:
+            late = [took for took in link.lateness(topic, since=begun) if took > 0.5]
+            # A ping every 200 ms, an answer 150 ms overdue, and the round trip of 40 ms.
+            assert len(late) <= 4, "30 were published"
+        # A round trip later all is as before, but for what is on its way again.
+        assert max(link.lateness(*TOPICS, since=begun + 3.5)) < CARRIED_IN / SECOND + 0.03
+
+    run(drive())
+
+
+def test_link_that_becomes_slower_for_good_is_not_silent() -> None:
+    async def drive() -> None:
+        link = Link(100 * MEGABIT)
+        await publish(link, 3.0, thin=False)
+        link.delay = 0.8
+        begun = link.loop.time()
+        await publish(link, 10.0, thin=False)
+        await asyncio.sleep(2.0)
+        counts = [len(link.lateness(topic, since=begun + 2.95)) for topic in TOPICS]
+        assert counts == [70, 70, 70]
+
+    run(drive())
+
+
 def test_least_round_trip_is_found_again_while_the_link_is_always_busy() -> None:
     """Else the queue that the window leaves would count as a part of the way, again and again."""
     window, now, free = SendWindow(), SECOND, 0

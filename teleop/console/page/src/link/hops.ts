@@ -83,7 +83,7 @@ export class HopRecorder {
   }
 }
 
-/** The part that has grown most, if it has grown enough; a single late one is none that grows. */
+/** The part that has grown most, if it has grown enough; one that is late once does not grow. */
 function grown(past: readonly ReadonlyMap<HopName, number>[]): HopName | undefined {
   const [before, last, now] = [past[0], past.at(-2), past.at(-1)];
   let most = GROWTH;
