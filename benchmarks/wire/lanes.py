@@ -99,6 +99,7 @@ async def measured(name: str, rate: float, trials: int) -> list[Figure]:
             figures = [*_of_small(name, seen), *_of_clouds(name, seen, seconds)]
             figures.append(await _stalled(name, process, seen))
             listening.cancel()
+            await asyncio.gather(listening, return_exceptions=True)
         lines = await asyncio.to_thread(_lines_of, audit)
         ticks = [round(at["stamp"] / 1e9 + TICK, 2) for at in lines if at["what"] == "e-stop"]
         took = [1e3 * (seen.clock[tick] - at) for at, tick in zip(sent, ticks, strict=True)]
