@@ -33,6 +33,7 @@ COMMANDS = {
     "guard": "guard.campaign",
     "kafka": "bridges.kafka",
     "localization": "localization.comparison",
+    "lanes": "wire.lanes",
     "log": "localization.log_files",
     "motion": "bridges.motion",
     "path": "prediction.errors",

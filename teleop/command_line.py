@@ -19,6 +19,7 @@ from teleop.bridges.commands import (
     ServoBridge,
 )
 from teleop.console.commands import Console, Tokens
+from teleop.link.commands import Link
 from teleop.operator.commands import Operate
 from teleop.robot.arm_command import Arm
 from teleop.robot.board_command import ServoBoardCommand
@@ -44,6 +45,7 @@ COMMANDS: Final = {
     "console": Console,
     "tokens": Tokens,
     "operate": Operate,
+    "link": Link,
     "kafka-bridge": KafkaBridge,
     "kafka-rest": KafkaRest,
     "arm": Arm,
@@ -72,6 +74,7 @@ Command: TypeAlias = (
     | Annotated[Console, tyro.conf.subcommand("console")]
     | Annotated[Tokens, tyro.conf.subcommand("tokens")]
     | Annotated[Operate, tyro.conf.subcommand("operate")]
+    | Annotated[Link, tyro.conf.subcommand("link")]
     | Annotated[KafkaBridge, tyro.conf.subcommand("kafka-bridge")]
     | Annotated[KafkaRest, tyro.conf.subcommand("kafka-rest")]
     | Annotated[Arm, tyro.conf.subcommand("arm")]

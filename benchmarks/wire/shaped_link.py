@@ -1,9 +1,14 @@
-"""A TCP connection made slower: a proxy on loopback that passes so many bits a second, and counts them."""
+"""A TCP connection made slower: a proxy on loopback that passes so many bits a second, and counts them.
+
+As a program, ``python -m benchmarks.wire.shaped_link PORT RATE``, it prints the port that it listens on. What arrives
+faster waits in its buffers and in those of the kernel, as in a modem.
+"""
 
 from __future__ import annotations
 
 import asyncio
 import contextlib
+import sys
 import time
 from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager
@@ -11,7 +16,13 @@ from dataclasses import dataclass
 from typing import Final
 
 _PIECE: Final = 16_384
-"""Bytes that are passed at once."""
+"""Most bytes that are passed at once."""
+
+_PACKET: Final = 1448
+"""The same on a link on which a piece would take long: those of a packet of Ethernet."""
+
+_FAST: Final = 10e6
+"""Rate from which on pieces are large [bit/s]."""
 
 
 @dataclass(slots=True)
@@ -67,8 +78,9 @@ async def shaped_link(server_port: int, bits_per_second: float) -> AsyncIterator
             *,
             downwards: bool,
         ) -> None:
+            size = _PIECE if bits_per_second > _FAST else _PACKET
             with contextlib.suppress(ConnectionError):
-                while piece := await source.read(_PIECE):
+                while piece := await source.read(size):
                     await pace.wait(len(piece))
                     if downwards:
                         link.down += len(piece)
@@ -95,3 +107,14 @@ async def shaped_link(server_port: int, bits_per_second: float) -> AsyncIterator
         proxy.close()
         for writer in writers:
             writer.transport.abort()
+
+
+async def _serve(port: int, bits_per_second: float) -> None:
+    async with shaped_link(port, bits_per_second) as link:
+        sys.stdout.write(f"{link.port}\n")
+        sys.stdout.flush()
+        await asyncio.Event().wait()
+
+
+if __name__ == "__main__":
+    asyncio.run(_serve(int(sys.argv[1]), float(sys.argv[2])))

@@ -268,10 +268,10 @@ class EmulatedLinks(FrameDelay, Observer):
         self._seed = seed
         self._clock_texts = tuple(f'"{service}"' for service in clock_services)
         self._clock_bytes = tuple(text.encode() for text in self._clock_texts)
-        self._lines: dict[int, tuple[_Line, _Line]] = {}
+        self._lines: dict[int | str, tuple[_Line, _Line]] = {}
 
     @abstractmethod
-    def _courses(self, client: int, now: int) -> tuple[Course, Course, int]:
+    def _courses(self, client: int | str, now: int) -> tuple[Course, Course, int]:
         """Return the courses to the robot and from it, and the time from which they count [ns]."""
 
     def bypasses(self, payload: str | bytes) -> bool:
@@ -282,15 +282,15 @@ class EmulatedLinks(FrameDelay, Observer):
             return any(text in payload for text in self._clock_texts)
         return any(text in payload for text in self._clock_bytes)
 
-    def arrival(self, client: int, size: int, now: int, *, ping: bool = False) -> int:
+    def arrival(self, client: int | str, size: int, now: int, *, ping: bool = False) -> int:
         """Return the time [ns] at which a frame that a client sends now reaches the robot."""
         return self._of(client, now)[0].out(size, now, ping=ping)
 
-    def departure(self, client: int, size: int, now: int, *, ping: bool = False) -> int:
+    def departure(self, client: int | str, size: int, now: int, *, ping: bool = False) -> int:
         """Return the time [ns] at which a frame that the robot sends now reaches a client."""
         return self._of(client, now)[1].out(size, now, ping=ping)
 
-    def free(self, client: int, now: int) -> int:
+    def free(self, client: int | str, now: int) -> int:
         """Return from when on [ns] the link takes another frame for a client; ``now`` if it does at once."""
         return self._of(client, now)[1].free(now)
 
@@ -298,7 +298,7 @@ class EmulatedLinks(FrameDelay, Observer):
         """Forget a client."""
         self._lines.pop(connection.id, None)
 
-    def _of(self, client: int, now: int) -> tuple[_Line, _Line]:
+    def _of(self, client: int | str, now: int) -> tuple[_Line, _Line]:
         if client not in self._lines:
             up, down, begin = self._courses(client, now)
             self._lines[client] = (
@@ -328,5 +328,5 @@ class LinkEmulation(EmulatedLinks):
             for line, course in zip(lines, config.courses, strict=True):
                 line.follow(course, now)
 
-    def _courses(self, client: int, now: int) -> tuple[Course, Course, int]:
+    def _courses(self, client: int | str, now: int) -> tuple[Course, Course, int]:
         return *self._config.courses, now

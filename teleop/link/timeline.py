@@ -144,7 +144,7 @@ class LinkTimeline(EmulatedLinks):
         """
         super().__init__(seed=seed, clock_services=clock_services)
         self._periods, self._exempt = tuple(periods), exempt
-        self._numbers: dict[int, int] = {}
+        self._numbers: dict[int | str, int] = {}
         self._count = 0
 
     def connected(self, connection: Connection, now: int) -> None:
@@ -158,7 +158,7 @@ class LinkTimeline(EmulatedLinks):
         super().disconnected(connection, now)
         self._numbers.pop(connection.id, None)
 
-    def _courses(self, client: int, now: int) -> tuple[Course, Course, int]:
+    def _courses(self, client: int | str, now: int) -> tuple[Course, Course, int]:
         number = self._numbers.get(client)
         up, down = (
             LinkSchedule([p for p in self._periods if number and p.concerns(number, direction)])

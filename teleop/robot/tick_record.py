@@ -56,6 +56,8 @@ class Pacing:
     """Lag that was dropped since the robot was started [ns]."""
     elapsed: int = 0
     """Time since the robot was started [ns]."""
+    at: int = 0
+    """Reading of the monotonic clock at this tick [ns]."""
 
     @property
     def real_time_factor(self) -> float:

@@ -12,7 +12,7 @@ from teleop.robot.audit.audit_log import AuditLog
 from teleop.robot.clients.client_inputs import ClientInputs
 from teleop.robot.clients.description_file import serve_description
 from teleop.robot.clients.disconnect_service import DisconnectService
-from teleop.robot.clients.link_service import serve_link
+from teleop.robot.clients.link_service import LinkService
 from teleop.robot.clients.move_action import MoveAction
 from teleop.robot.clients.name_services import serve_names
 from teleop.robot.clients.preview_service import PreviewService
@@ -118,13 +118,14 @@ class RosbridgeAdapter(Observer):
         serve_whoami(protocol)
         serve_names(protocol)
         DisconnectService(protocol, audit)
-        serve_link(server)
+        self._link = LinkService(server)
         serve_standard(protocol)
         publish_client_traffic(server)
         protocol.observers.add(self)
 
     def driven(self, tick: DriveRecord) -> None:
         """Publish what control did in a tick, and report to clients what it rejected."""
+        self._link.driven(tick)
         self._services.driven(tick)
         self._steps.driven(tick)
         if self._arm is not None:
@@ -161,7 +162,13 @@ class RosbridgeAdapter(Observer):
         return [
             (
                 output,
-                advertise(output.name, output.type, latch=output.latch, newest=not output.latch),
+                advertise(
+                    output.name,
+                    output.type,
+                    latch=output.latch,
+                    newest=not output.latch,
+                    thin=output.thin,
+                ),
             )
             for output in outputs
             if output.name not in hidden
@@ -172,7 +179,10 @@ class RosbridgeAdapter(Observer):
         for output, topic in outputs:
             if (topic.wanted or output.latch) and output.due(tick):
                 for message in output.build(tick):
-                    self.server.protocol.topics.publish_on(topic, message, self.server.now)
+                    captured = self._link.captured(message, tick.stamp)
+                    self.server.protocol.topics.publish_on(
+                        topic, message, self.server.now, captured=captured
+                    )
 
     def _report(self, rejection: Rejection) -> None:
         """Say why a message was rejected: once as an error, and then as a warning."""

@@ -120,7 +120,7 @@ class ControlProcess:
                 self._longest_gap = max(self._longest_gap, beat.gap)
                 self._report_lag(beat.lost)
                 lost, elapsed = beat.lost, beat.elapsed
-                self.tick(beat.now, Pacing(beat.gap, self._longest_gap, lost, elapsed))
+                self.tick(beat.now, Pacing(beat.gap, self._longest_gap, lost, elapsed, beat.now))
                 if self._drive.playground is not None and self._drive.playground.next_world:
                     break
             self._brake()

@@ -106,6 +106,15 @@ def local_cloud(tick: EstimateRecord) -> Messages:
     )
 
 
+def thinner_cloud(cloud: Message, share: float) -> Message:
+    """Return a cloud with a share of its points, 0 to 1, evenly spaced in their order, which is that of the beams."""
+    step, count = cloud["point_step"], cloud["width"]
+    kept = max(round(count * share), min(count, 1))
+    points = np.frombuffer(cloud["data"], dtype=f"V{step}")
+    data = points[np.arange(kept) * count // max(kept, 1)].tobytes()
+    return {**cloud, "width": kept, "row_step": step * kept, "data": data}
+
+
 def localization_status(tick: EstimateRecord) -> Messages:
     """Return health with its reasons, and figures of the last registration."""
     e = tick.estimate

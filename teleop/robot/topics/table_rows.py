@@ -8,7 +8,7 @@ from typing import Generic, TypeVar
 
 from robot_sim import TICK_NS
 from teleop.robot.tick_record import DriveRecord, EstimateRecord
-from teleop.robot.topics.message_parts import Messages
+from teleop.robot.topics.message_parts import Message, Messages
 
 Record = TypeVar("Record", DriveRecord, EstimateRecord)
 
@@ -29,6 +29,8 @@ class Topic(Generic[Record]):
     """Content, for the documentation."""
     latch: bool = False
     """Whether new subscribers get the last message."""
+    thin: Callable[[Message, float], Message] | None = None
+    """Returns a message with a share of its points, for clients behind slow links; None if there is no such message."""
 
     def due(self, tick: Record) -> bool:
         """Return whether messages may be due after a tick."""

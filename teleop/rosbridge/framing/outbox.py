@@ -1,4 +1,4 @@
-"""Bounded send queue of one client: responses first, and of messages the latest.
+"""Bounded send queue of one client, in lanes: responses first, then small messages, then large ones, and of each the latest.
 
 A client that reads too slowly loses old messages, but never a response, and its queue stays within
 its limits. No part of the server waits for it.
@@ -46,7 +46,7 @@ class _Waiting:
 
 
 class Outbox:
-    """Frames for one client, in the order in which they are sent."""
+    """Frames for one client, in the order in which they are sent; those of one topic keep theirs."""
 
     def __init__(
         self, limits: QueueLimits | None = None, clock: Callable[[], int] | None = None
@@ -62,7 +62,8 @@ class Outbox:
         self._driving = False
         self._control: deque[OutgoingFrame] = deque()
         self._control_bytes = 0
-        self._data: dict[int, _Waiting] = {}  # by number, so ordered by age
+        self._small: dict[int, _Waiting] = {}  # by number, so ordered by age
+        self._large: dict[int, _Waiting] = {}
         self._data_bytes = 0
         self._topics: dict[str | None, deque[int]] = {}
         self._number = 0
@@ -73,7 +74,7 @@ class Outbox:
         """Bytes of all frames so far, but for the messages replaced by newer ones."""
 
     def __len__(self) -> int:
-        return len(self._control) + len(self._data)
+        return len(self._control) + len(self._small) + len(self._large)
 
     @property
     def size(self) -> int:
@@ -104,33 +105,59 @@ class Outbox:
             return f"send queue exceeds {limit} bytes"
         return None
 
-    def pop(self) -> OutgoingFrame | None:
-        """Remove and return the frame to be sent next; None if the queue is empty."""
-        frame = self._next()
-        if frame is None:
+    def pop(self, room: int | None = None, *, silent: bool = False) -> OutgoingFrame | None:
+        """Remove and return the frame to be sent next; None if there is none.
+
+        Args:
+            room: Size that a large message may have now [bytes]; None for any. For one that does not fit, the newest
+                of its topic waits in its place, if only that counts.
+            silent: Whether the link carries nothing, so that messages wait here, where newer ones replace them.
+        """
+        if silent and not self._control:
             return None
-        if not self._control:
-            # ``_next`` has dropped what was overtaken, so that the first is the one that it returned.
-            return self._remove(next(iter(self._data)))
-        self._control_bytes -= len(frame.payload)
-        return self._control.popleft()
+        if self._first_small() is None and self._large:
+            self._wait_with_newest(room)
+            number, waiting = next(iter(self._large.items()))
+            if room is not None and len(waiting.frame.payload) > room:
+                return None
+        elif self._control:
+            frame = self._control.popleft()
+            self._control_bytes -= len(frame.payload)
+            return frame
+        elif self._small:
+            number, waiting = next(iter(self._small.items()))
+        else:
+            return None
+        if (tally := waiting.frame.tally) is not None and self._clock is not None:
+            captured, since = waiting.frame.captured, waiting.since
+            tally.made = since - captured if captured else None
+            tally.queued = self._clock() - since
+        return self._remove(number)
 
     def pop_small(self, room: int) -> list[OutgoingFrame]:
-        """Remove and return the frames to be sent next that are whole, and fit into some room [bytes] together."""
+        """Remove and return the frames to be sent next that are whole and small, and fit into some room [bytes] together."""
         small: list[OutgoingFrame] = []
-        while (frame := self._next()) is not None and frame.whole and len(frame.payload) <= room:
+        while (frame := self._first_small()) and frame.whole and len(frame.payload) <= room:
             room -= len(frame.payload)
             small.append(frame)
             self.pop()
         return small
 
-    def _next(self) -> OutgoingFrame | None:
-        """Return the frame that ``pop`` returns."""
+    def _first_small(self) -> OutgoingFrame | None:
+        """Return the first response or small message, once what was overtaken has been dropped."""
         if self._control:
             return self._control[0]
         self._drop_overtaken()
-        first = next(iter(self._data.values()), None)
-        return None if first is None else first.frame
+        return next((waiting.frame for waiting in self._small.values()), None)
+
+    def _wait_with_newest(self, room: int | None) -> None:
+        """If the first large message does not fit, drop it in favour of the newest one of its topic."""
+        while room is not None:
+            number, waiting = next(iter(self._large.items()))
+            alone = len(self._topics[waiting.frame.topic]) == 1
+            if len(waiting.frame.payload) <= room or alone or not waiting.frame.newest:
+                return
+            self._drop(number)
 
     def clear(self) -> None:
         """Remove all frames."""
@@ -140,7 +167,8 @@ class Outbox:
 
     def discard_data(self) -> None:
         """Remove messages, keep responses."""
-        self._data.clear()
+        self._small.clear()
+        self._large.clear()
         self._topics.clear()
         self._data_bytes = 0
 
@@ -150,26 +178,32 @@ class Outbox:
         while depth and len(queued) >= depth:
             self._drop(queued[0])
         self._number += 1
+        behind_large = bool(queued) and queued[-1] in self._large
+        lane = self._large if frame.large or behind_large else self._small
         queued.append(self._number)
         self._topics[frame.topic] = queued  # the last drop may have removed it
-        self._data[self._number] = _Waiting(frame, 0 if self._clock is None else self._clock())
+        lane[self._number] = _Waiting(frame, 0 if self._clock is None else self._clock())
         self._data_bytes += len(frame.payload)
         # The newest stays even if it exceeds the limit, so that a slow client receives current data.
-        while self._data_bytes > self._limits.data and len(self._data) > 1:
-            self._drop(next(iter(self._data)))
+        while self._data_bytes > self._limits.data and len(self._small) + len(self._large) > 1:
+            self._drop(min(next(iter(lane)) for lane in (self._small, self._large) if lane))
 
     def _drop_overtaken(self) -> None:
         """Drop what nobody should see any more, if the oldest message of all has waited for too long."""
-        if self._clock is None or not self._data:
+        if self._clock is None or not (self._small or self._large):
             return
         # Pings count for nothing here: what is dropped is the same whether or not anybody measures.
-        messages = (each for each in self._data.values() if each.frame.kind is FrameKind.DATA)
-        oldest = next(messages, None)
-        if oldest is None or (now := self._clock()) - oldest.since <= FRESH:
+        lanes = self._small.values(), self._large.values()
+        firsts = (next((w for w in lane if w.frame.kind is FrameKind.DATA), None) for lane in lanes)
+        oldest = min((first.since for first in firsts if first is not None), default=None)
+        if oldest is None or (now := self._clock()) - oldest <= FRESH:
             return
         for queued in list(self._topics.values()):
-            while queued and self._is_late(self._data[queued[0]], now, alone=len(queued) == 1):
+            while queued and self._is_late(self._waiting(queued[0]), now, alone=len(queued) == 1):
                 self._drop(queued[0])
+
+    def _waiting(self, number: int) -> _Waiting:
+        return self._small.get(number) or self._large[number]
 
     def _is_late(self, waiting: _Waiting, now: int, *, alone: bool) -> bool:
         frame = waiting.frame
@@ -188,7 +222,8 @@ class Outbox:
             frame.tally.dropped += 1
 
     def _remove(self, number: int) -> OutgoingFrame:
-        frame = self._data.pop(number).frame
+        lane = self._small if number in self._small else self._large
+        frame = lane.pop(number).frame
         self._data_bytes -= len(frame.payload)
         queued = self._topics[frame.topic]
         queued.popleft()  # of a topic, the oldest is always removed first

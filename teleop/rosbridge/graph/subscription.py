@@ -102,7 +102,9 @@ class Subscription:
 
     def _frame(self, publication: Publication, now: int) -> OutgoingFrame:
         merged = self._merged
-        payload = publication.frame(*self.variant)
+        newest = publication.newest and not merged.keep_all and not merged.depth
+        thin = newest and publication.thin is not None
+        payload = publication.frame(*self.variant, self.tally.detail.level if thin else 0)
         self._sent = now
         self._held = None
         binary = merged.encoding in ("cbor", "cbor-raw")
@@ -112,7 +114,9 @@ class Subscription:
             binary,
             topic=self.topic,
             depth=merged.depth,
-            newest=publication.newest and not merged.keep_all and not merged.depth,
+            newest=newest,
+            thinned=thin,
+            captured=publication.captured,
             fragment=0 if binary else merged.fragment,
             tally=self.tally,
         )

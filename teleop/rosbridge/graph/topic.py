@@ -6,7 +6,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import TypeAlias
 
-from teleop.rosbridge.graph.publication import Publication
+from teleop.rosbridge.graph.publication import Publication, Thin
 from teleop.rosbridge.graph.subscription import Subscription
 from teleop.rosbridge.messages.message_types import Message, MessageType
 from teleop.rosbridge.timers import Timer
@@ -32,6 +32,9 @@ class Topic:
 
     newest: bool = False
     """Whether of the host's messages only the newest counts, as of poses and scans."""
+
+    thin: Thin | None = None
+    """Makes less of the host's messages for slow clients, where that is possible."""
 
     handler: TopicHandler | None = None
     """The host's handler of messages that clients publish."""

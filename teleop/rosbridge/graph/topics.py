@@ -10,7 +10,7 @@ from teleop.rosbridge.errors import OperationError
 from teleop.rosbridge.framing.operation_fields import check_name
 from teleop.rosbridge.framing.outgoing_frames import MessageTally, Output
 from teleop.rosbridge.framing.png_compression import PngPacker
-from teleop.rosbridge.graph.publication import Publication
+from teleop.rosbridge.graph.publication import Publication, Thin
 from teleop.rosbridge.graph.subscription import Subscription
 from teleop.rosbridge.graph.topic import Monitor, Topic, TopicHandler
 from teleop.rosbridge.messages.message_completion import complete
@@ -72,7 +72,13 @@ class Topics:
     # The host's topics
 
     def advertise(
-        self, name: str, type: str, *, latch: bool = False, newest: bool = False
+        self,
+        name: str,
+        type: str,
+        *,
+        latch: bool = False,
+        newest: bool = False,
+        thin: Thin | None = None,
     ) -> Topic:
         """Make a topic the host's, on which no client may publish, and return it.
 
@@ -82,11 +88,12 @@ class Topics:
             latch: Whether the last message is kept for later subscribers.
             newest: Whether only the newest message counts: once messages have waited for half a second for a slow
                 client, older ones are not sent to it, unless it asked for a queue of its own.
+            thin: Makes less of a message of which the newest counts, for clients whose links carry no more in time.
         """
         topic = self.establish(check_name(name, "topic"), type)
         topic.owned = True
         topic.latch = latch
-        topic.newest = newest
+        topic.newest, topic.thin = newest, thin
         self.update_expiry(topic)
         return topic
 
@@ -129,10 +136,17 @@ class Topics:
         if topic.wanted or topic.latch:
             self.publish_on(topic, message() if callable(message) else message, now)
 
-    def publish_on(self, topic: Topic, message: Message, now: int) -> None:
-        """Publish on a topic that ``advertise`` returned; the caller has asked whether it is ``wanted``."""
+    def publish_on(self, topic: Topic, message: Message, now: int, *, captured: int = 0) -> None:
+        """Publish on a topic that ``advertise`` returned; the caller has asked whether it is ``wanted``.
+
+        Args:
+            topic: The topic.
+            message: The message.
+            now: Current time [ns].
+            captured: Time of its content by the same clock [ns]; 0 if unknown.
+        """
         self._timers.advance(now)
-        publication = self.publication(topic, message, now)
+        publication = self.publication(topic, message, now, captured)
         if topic.latch:
             topic.latched[HOST] = publication
         self.deliver(topic, publication, now)
@@ -169,10 +183,21 @@ class Topics:
 
     # Shared by host and clients
 
-    def publication(self, topic: Topic, message: Message, now: int) -> Publication:
+    def publication(
+        self, topic: Topic, message: Message, now: int, captured: int = 0
+    ) -> Publication:
         """Return a message of a topic as it is published."""
-        newest = topic.owned and topic.newest
-        return Publication(topic.kind, message, self._encoders, self._png, now, newest=newest)
+        newest, thin = (topic.newest, topic.thin) if topic.owned else (False, None)
+        return Publication(
+            topic.kind,
+            message,
+            self._encoders,
+            self._png,
+            now,
+            newest=newest,
+            thin=thin,
+            captured=captured,
+        )
 
     def deliver(self, topic: Topic, publication: Publication, now: int) -> None:
         """Send a message to all subscribers and monitors of its topic.

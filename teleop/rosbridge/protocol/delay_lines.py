@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Final, TypeAlias
 
 from teleop.rosbridge.framing.outbox import Outbox
@@ -154,7 +154,9 @@ class DelayLines:
         self, delay: FrameDelay, timers: Timers, transmit: Callable[[int, Output], object]
     ) -> None:
         """Take the delays; ``transmit`` receives what has got through to a client."""
-        self._delay = delay
+        self.delay = delay
+        """When frames get through."""
+
         self._timers = timers
         self._transmit = transmit
         self._lines: dict[int, _Lines] = {}
@@ -163,11 +165,11 @@ class DelayLines:
 
     def replace(self, delay: FrameDelay) -> None:
         """Go by other delays; frames that are on their way keep their times."""
-        self._delay = delay
+        self.delay = delay
 
     def bypassed(self, payload: str | bytes) -> bool:
         """Return whether a frame does not take the link."""
-        return self._delay.bypasses(payload)
+        return self.delay.bypasses(payload)
 
     def add(self, client: int) -> None:
         """Add a client's link."""
@@ -200,7 +202,7 @@ class DelayLines:
             return True
         if lines.incoming.size + size > LINE_BYTES:
             return False
-        when = self._delay.arrival(client, size, now, ping=ping)
+        when = self.delay.arrival(client, size, now, ping=ping)
         lines.incoming.put(size, when, deliver, ping=ping)
         return True
 
@@ -236,7 +238,7 @@ class DelayLines:
             if lines.outgoing.size > LINE_BYTES:
                 lines.full = True
                 return
-            free = self._delay.free(client, now)
+            free = self.delay.free(client, now)
             if free > now:
                 if lines.retry is None:
                     lines.retry = self._timers.at(free, lambda now: self._retry(client, now))
@@ -251,7 +253,9 @@ class DelayLines:
                 self._fill(client, lines, max(when, self._timers.now))
 
         size, ping = _size(output), _is_ping(output)
-        when = self._delay.departure(client, size, now, ping=ping)
+        when = self.delay.departure(client, size, now, ping=ping)
+        if isinstance(output, OutgoingFrame) and output.large and output.tally is not None:
+            output.tally.detail.carried(self.delay.free(client, now) - now)
         lines.outgoing.put(size, when, deliver, ping=ping)
 
     def _hand_over(self, client: int, output: Output, when: int) -> None:
@@ -259,6 +263,8 @@ class DelayLines:
         if isinstance(output, OutgoingFrame) and _is_ping(output):
             self.ping_through(client, output.payload, when)
         else:
+            if isinstance(output, OutgoingFrame):  # counted already
+                output = replace(output, tally=None)
             self._transmit(client, output)
 
     def _retry(self, client: int, now: int) -> None:

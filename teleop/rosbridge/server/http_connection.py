@@ -15,11 +15,13 @@ from websockets.datastructures import Headers
 from websockets.http11 import Request, Response
 from websockets.protocol import State
 from websockets.server import ServerProtocol
+from websockets.typing import BytesLike
 
 from teleop.rosbridge.auth.permissions import Access
 from teleop.rosbridge.limits import ClientLimits
 from teleop.rosbridge.server.connection_flow import ConnectionFlow
 from teleop.rosbridge.server.gate import Gate
+from teleop.rosbridge.server.http_link import HttpLink
 from teleop.rosbridge.server.http_pages import Page
 from teleop.rosbridge.server.keepalive import Keepalive
 from teleop.rosbridge.server.request_reader import RequestError, RequestReader
@@ -69,6 +71,9 @@ class Reception:
     keepalive: Keepalive
     limits: ClientLimits
     gate: Gate
+    link: Callable[[HttpConnection], HttpLink | None] = lambda connection: None
+    """Returns the emulated link that a connection's request and answer pass; None for none."""
+
     connections: set[ConnectionFlow] = field(default_factory=set)
     """The open connections."""
 
@@ -110,6 +115,7 @@ class HttpConnection(ConnectionFlow):
         self._socket: WebSocketConnection | None = None
         self._ignored = 0
         self._deadline: asyncio.TimerHandle | None = None
+        self._link: HttpLink | None = None
         self.body = b""
         """Body of the request."""
 
@@ -177,6 +183,13 @@ class HttpConnection(ConnectionFlow):
     # Answers
 
     async def _answer(self, request: Request) -> None:
+        self._link = None if wants_websocket(request) else self._reception.link(self)
+        try:
+            if self._link is not None:
+                size = len(request.serialize()) + len(self.body)
+                await self.while_connected(self._link.arrive(size))
+        except ConnectionError:
+            return
         try:
             response = await self._reception.process(self, request)
         except Exception:
@@ -230,19 +243,18 @@ class HttpConnection(ConnectionFlow):
         body, response.body = response.body or b"", b""
         view = memoryview(body)
         self.gate.leave(self.transport)
-        self.write(response.serialize())
         try:
             async with asyncio.timeout(DOWNLOAD_TIMEOUT):
+                await self._send(response.serialize())
                 for start in range(0, len(body), _PIECE):
                     if self.transport.is_closing():
                         return  # the client has left; asyncio logs further writes
-                    self.transport.write(view[start : start + _PIECE])
                     self.progress = self.loop.time()
                     self.sent += _PIECE
                     async with asyncio.timeout(DOWNLOAD_STALL):
-                        await self.drain()
+                        await self._send(view[start : start + _PIECE])
                 await self._finish(DOWNLOAD_STALL)
-        except TimeoutError:
+        except (TimeoutError, ConnectionError):
             self.transport.abort()
 
     async def stream(self, head: Response, chunks: AsyncIterator[bytes]) -> None:
@@ -254,8 +266,8 @@ class HttpConnection(ConnectionFlow):
         self.limit_unsent(_STREAM_UNSENT)
         self.transport.set_write_buffer_limits(high=0)
         self.gate.leave(self.transport)
-        self.write(head.serialize())
         with contextlib.suppress(TimeoutError, ConnectionError):
+            await self._send(head.serialize())
             await self.while_connected(self._pump(chunks))
             await self._finish(DOWNLOAD_STALL)
         self.transport.abort()
@@ -264,14 +276,21 @@ class HttpConnection(ConnectionFlow):
         async for chunk in chunks:
             if self.transport.is_closing():
                 return
-            self.transport.write(chunk)
             async with asyncio.timeout(STREAM_STALL):
-                await self.drain()
+                await self._send(chunk)
+
+    async def _send(self, data: BytesLike) -> None:
+        """Write, and wait for room: in the write buffer, and on an emulated link."""
+        if self._link is None:
+            self.write(data)
+        else:
+            await self.while_connected(self._link.carry(data))
+        await self.drain()
 
     async def _finish_with(self, response: Response) -> None:
         """Send a short response, and disconnect a client that does not take it."""
-        self.write(response.serialize())
-        with contextlib.suppress(TimeoutError):
+        with contextlib.suppress(TimeoutError, ConnectionError):
+            await self._send(response.serialize())
             await self._finish(_ANSWER_TIMEOUT)
         self.transport.abort()
 
@@ -280,7 +299,10 @@ class HttpConnection(ConnectionFlow):
 
         Raises:
             TimeoutError: If it does not.
+            ConnectionError: If it left before everything had got through an emulated link.
         """
+        if self._link is not None:
+            await self.while_connected(self._link.through())
         self.end_writing()
         async with asyncio.timeout(timeout):
             await self.wait_ended()

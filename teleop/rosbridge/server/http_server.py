@@ -28,7 +28,7 @@ class HttpServer:
         """
         protocol = server.protocol
         pages = HttpPages(lambda: len(protocol.connections))
-        self._limits = protocol.limits
+        self._limits, self._link = protocol.limits, server.http_link
         self._listener = Listener(server.host, port, server.tls)
         self._handshake = Handshake(protocol, server.origins, pages, handlers, websockets=False)
 
@@ -45,7 +45,7 @@ class HttpServer:
         """
         off, limits = Keepalive.off(), self._limits
         await self._listener.start(
-            Reception(self._handshake.process, _refuse, off, limits, Gate(limits))
+            Reception(self._handshake.process, _refuse, off, limits, Gate(limits), self._link)
         )
 
     async def close(self) -> None:

@@ -26,8 +26,9 @@ from teleop.rosbridge.server.async_handlers import AsyncHandlers
 from teleop.rosbridge.server.client_frames import ClientFrames
 from teleop.rosbridge.server.gate import Gate
 from teleop.rosbridge.server.handshake import Handshake
-from teleop.rosbridge.server.http_connection import Reception
+from teleop.rosbridge.server.http_connection import HttpConnection, Reception
 from teleop.rosbridge.server.http_handlers import HttpHandlers
+from teleop.rosbridge.server.http_link import HttpLink
 from teleop.rosbridge.server.http_pages import HttpPages
 from teleop.rosbridge.server.keepalive import Keepalive
 from teleop.rosbridge.server.listener import Listener
@@ -114,7 +115,14 @@ class Server:
         """
         limits = self.protocol.limits
         await self._listener.start(
-            Reception(self._handshake.process, self._handle, self._keepalive, limits, Gate(limits))
+            Reception(
+                self._handshake.process,
+                self._handle,
+                self._keepalive,
+                limits,
+                Gate(limits),
+                self.http_link,
+            )
         )
         if not self.lockstep and self.protocol.defer_large():
             self._worker = WorkThread("rosbridge")
@@ -190,6 +198,15 @@ class Server:
 
     # Links
 
+    def http_link(self, connection: HttpConnection) -> HttpLink | None:
+        """Return the emulated link that a connection's request and answer pass; None for none."""
+        protocol = self.protocol
+        if (delays := protocol.connections.delays) is None:
+            return None
+        return HttpLink(
+            delays, protocol.timers, lambda: self.now, connection.host, connection.write
+        )
+
     def round_trip(self, client: int) -> RoundTrip | None:
         """Return what a client's pings say; None if it has left, or nothing is measured.
 
@@ -217,7 +234,9 @@ class Server:
         return writer.socket.unprocessed if writer else 0
 
     def _pong(self, client: int, payload: bytes, arrived: float) -> None:
-        self.protocol.round_trips.answered(client, payload, self._date(arrived, self.now))
+        now, writer = self._date(arrived, self.now), self._writers.get(client)
+        if writer is None or not writer.answered(payload, now):
+            self.protocol.round_trips.answered(client, payload, now)
 
     def _ping(self, client: int, payload: bytes) -> None:
         self.send(client, OutgoingFrame(FrameKind.PING, payload))

@@ -19,6 +19,7 @@ from teleop.rosbridge.framing.outgoing_frames import (
     OutgoingFrame,
     Output,
 )
+from teleop.rosbridge.server.send_window import SendWindow
 from teleop.rosbridge.server.websocket_connection import WebSocketConnection
 
 _UNSENT: Final = 131_072
@@ -62,10 +63,12 @@ class SocketWriter:
         Args:
             socket: Of the client.
             limits: Of its queue.
-            clock: Returns the time [ns]; without one no message grows old.
+            clock: Returns the time [ns]; without one no message grows old, and the link is not measured.
         """
         self.socket = socket
         self._outbox = Outbox(limits, clock)
+        self._clock = clock
+        self._window = SendWindow()
         self._wake = asyncio.Event()
         self._idle = asyncio.Event()
         self._idle.set()
@@ -114,6 +117,13 @@ class SocketWriter:
         self.socket.limit_unsent(_FRESH_UNSENT)
         self.socket.transport.set_write_buffer_limits(high=_FRESH_UNSENT)
 
+    def answered(self, payload: bytes, now: int) -> bool:
+        """Process a pong that came at ``now`` [ns]; return whether it was to a ping of this queue."""
+        if not self._window.answered(payload, now):
+            return False
+        self._wake.set()
+        return True
+
     async def flush(self) -> None:
         """Wait until the queue is empty, or the client has left."""
         await self._idle.wait()
@@ -124,6 +134,8 @@ class SocketWriter:
 
     async def run(self, timeout: float | None) -> None:  # noqa: ASYNC109 - of each frame
         """Send queued frames until the connection is closed: what the socket takes at once, then one at a time.
+
+        Large messages wait until those before them have arrived, but for as many bytes as cost no time.
 
         A frame in the buffer of the socket can no longer be replaced, so the next one is taken from
         the queue only when the last has left the buffer.
@@ -138,7 +150,7 @@ class SocketWriter:
             corked = len(self._outbox) > 1 or self._outbox.size >= BULK_BYTES
             if corked:
                 _cork(self.socket, True)
-            while (frame := self._outbox.pop()) is not None:
+            while (frame := self._pop()) is not None:
                 try:
                     async with asyncio.timeout(timeout):
                         await self._send(frame)
@@ -154,29 +166,45 @@ class SocketWriter:
             if self._close is not None:
                 await self._hang_up(self._close)
                 return
-            self._idle.set()
+            if not len(self._outbox):
+                self._idle.set()
             self._wake.clear()
             await self._wake.wait()
 
     def _send_at_once(self) -> None:
         """Write the frames that fit into an empty buffer together, such as those of a tick: nobody waits for that."""
-        transport = self.socket.transport
-        if not self.socket.open or transport.get_write_buffer_size():
+        transport, now = self.socket.transport, 0 if self._clock is None else self._clock()
+        if not self.socket.open or transport.get_write_buffer_size() or self._window.silent(now):
             return
         _, room = transport.get_write_buffer_limits()
         if frames := self._outbox.pop_small(room):
             self.socket.send_at_once((frame.payload, not frame.binary) for frame in frames)
+            if now and (ping := self._window.small(now)):
+                self.socket.send_ping(ping)
 
     async def _send(self, frame: OutgoingFrame) -> None:
         if frame.kind is FrameKind.PING:
             self.socket.send_ping(frame.payload)
             return
+        begin = 0 if self._clock is None or not frame.large else self._clock()
+        if begin and (ping := self._window.before(begin)):
+            self.socket.send_ping(ping)
         for piece in frame.frames:
             await self.socket.send(piece, text=not frame.binary)
             if frame.fragment_id:
                 await asyncio.sleep(
                     0
                 )  # a socket that takes a thousand pieces must not hold up others
+        size = len(frame.payload)
+        if begin and (ping := self._window.behind(size, frame.tally, begin)):
+            self.socket.send_ping(ping)
+
+    def _pop(self) -> OutgoingFrame | None:
+        """Return the next frame that the link carries in time, as far as it is measured."""
+        if self._clock is None:
+            return self._outbox.pop()
+        now = self._clock()
+        return self._outbox.pop(self._window.room(now), silent=self._window.silent(now))
 
     async def _hang_up(self, close: CloseFrame) -> None:
         try:

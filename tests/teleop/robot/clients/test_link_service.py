@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import asyncio
 
-from teleop.robot.clients.link_service import serve_link
+from teleop.robot.clients.link_service import LinkService
 from teleop.ros_types import registry
 from teleop.rosbridge import Protocol, Server
 from tests.teleop.rosbridge.server.test_server import stall
@@ -48,7 +48,7 @@ async def test_link_of_another_client_is_its_own(robots: Robots) -> None:
 @in_a_loop
 async def test_dropped_messages_of_a_client_that_reads_slowly_are_counted() -> None:
     server = Server(Protocol(registry()), port=0)
-    serve_link(server)
+    LinkService(server)
     topics = server.protocol.topics
     topics.advertise("/cloud", "std_msgs/UInt8MultiArray")
     async with server, peer(server.url) as client:

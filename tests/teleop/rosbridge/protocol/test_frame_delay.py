@@ -25,10 +25,10 @@ class Delay(FrameDelay):
         self.up, self.down, self.jitter = up, down, jitter
         self.random = Random(0)
 
-    def arrival(self, client: int, size: int, now: int, *, ping: bool = False) -> int:
+    def arrival(self, client: int | str, size: int, now: int, *, ping: bool = False) -> int:
         return now + int((self.up + self.random.uniform(0, self.jitter)) * MILLISECOND)
 
-    def departure(self, client: int, size: int, now: int, *, ping: bool = False) -> int:
+    def departure(self, client: int | str, size: int, now: int, *, ping: bool = False) -> int:
         return now + int((self.down + self.random.uniform(0, self.jitter)) * MILLISECOND)
 
 
@@ -38,11 +38,11 @@ class Slow(FrameDelay):
     def __init__(self) -> None:
         self.busy = 0
 
-    def departure(self, client: int, size: int, now: int, *, ping: bool = False) -> int:
+    def departure(self, client: int | str, size: int, now: int, *, ping: bool = False) -> int:
         self.busy = now + 100 * MILLISECOND
         return self.busy
 
-    def free(self, client: int, now: int) -> int:
+    def free(self, client: int | str, now: int) -> int:
         return self.busy
 
 
@@ -183,11 +183,11 @@ class Narrow(FrameDelay):
     def __init__(self, rate: float) -> None:
         self.rate, self.busy = rate, 0
 
-    def departure(self, client: int, size: int, now: int, *, ping: bool = False) -> int:
+    def departure(self, client: int | str, size: int, now: int, *, ping: bool = False) -> int:
         self.busy = max(self.busy, now) + round(size / self.rate * SECOND)
         return self.busy
 
-    def free(self, client: int, now: int) -> int:
+    def free(self, client: int | str, now: int) -> int:
         return max(self.busy, now)
 
 

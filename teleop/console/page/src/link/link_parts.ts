@@ -10,6 +10,8 @@ export interface LinkParts extends ConnectionParts, DownloadParts {
   readonly readMap: (job: MapJob) => Promise<MapResult>;
   /** Time of a steady clock since 1970 [ms]. */
   readonly epoch: () => number;
+  /** Calls back with the next frame that is drawn. */
+  readonly nextFrame: (call: () => void) => void;
   /** Where the browser says that the network or the person is back. */
   readonly awake: EventTarget;
 }
@@ -26,6 +28,9 @@ export function browserParts(address: string): LinkParts {
     fetch: fetchHere,
     caches: cacheStorage(),
     readMap,
+    nextFrame: (call) => {
+      requestAnimationFrame(call);
+    },
     awake: globalThis,
   };
 }

@@ -1,14 +1,14 @@
 /** Asks the robot small things regularly, to know the round trip, who this connection is, and what was left out for it. */
 
 import type { RobotState } from "../robot/robot_state";
-import { readDropped, readSession } from "./message_checks/answers";
+import { readLinkAnswer, readSession } from "./message_checks/answers";
 import { check } from "./message_checks/field";
 import type { LinkRecorder } from "./link_statistics";
 import type { ServiceCalls } from "./service_calls";
 
 /** Every server answers a call, be it by saying that there is no such service. */
 const ASK_EVERY = 1000;
-const COUNTS_EVERY = 2000;
+const COUNTS_EVERY = 1000;
 /** Timers come a little early or late [ms]. */
 const SLACK = 50;
 
@@ -93,7 +93,9 @@ export class LinkProbe {
 
   async #askCounts(): Promise<void> {
     const generation = this.#generation;
+    const askedAt = this.#now();
     const reply = await this.#calls.call("/teleop/link");
+    const cameAt = this.#now();
     if (generation !== this.#generation) {
       return;
     }
@@ -101,11 +103,11 @@ export class LinkProbe {
       this.#hasCounts = !reply.refused;
       return;
     }
-    const dropped = check(readDropped, reply.values);
-    if (dropped.ok) {
-      this.#recorder.dropped(dropped.value);
+    const answer = check(readLinkAnswer, reply.values);
+    if (answer.ok) {
+      this.#recorder.counted(answer.value, askedAt, cameAt);
     } else {
-      this.#complain("/teleop/link", dropped.complaint);
+      this.#complain("/teleop/link", answer.complaint);
     }
   }
 }

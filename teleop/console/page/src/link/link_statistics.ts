@@ -1,6 +1,8 @@
 /** How good the connection is, from times at which things happened; times are [ms] of any steady clock. */
 
 import type { LinkStatistics } from "../robot/robot_state";
+import type { LinkParts } from "./link_parts";
+import { HopRecorder, type LinkAnswer, type Seen } from "./hops";
 import { SlidingSum } from "./sliding_sum";
 
 /** Round trips are judged over the last minute. */
@@ -20,7 +22,12 @@ interface StreamRecord {
   newest: number;
 }
 
+/** The topic whose way to the page is shown: what people steer by. */
+export const WAY_TOPIC = "/amcl_pose";
+
 export class LinkRecorder {
+  readonly #hops = new HopRecorder();
+  #seen: Seen | undefined;
   #roundTrips: RoundTrip[] = [];
   #pending: number[] = [];
   #bytes = new SlidingSum(RATE_WINDOW);
@@ -40,6 +47,8 @@ export class LinkRecorder {
     this.#bytes = new SlidingSum(RATE_WINDOW);
     this.#dropped = new Map();
     this.#streams.clear();
+    this.#hops.reset();
+    this.#seen = undefined;
   }
 
   /** A question was sent. */
@@ -76,8 +85,28 @@ export class LinkRecorder {
     record.newest = now;
   }
 
-  dropped(dropped: ReadonlyMap<string, number>): void {
-    this.#dropped = dropped;
+  /** A message came, with its stamp [s]; of the topic whose way is shown, the next frame shows it. */
+  saw(topic: string, stamp: number, parts: Pick<LinkParts, "now" | "nextFrame">): void {
+    if (topic !== WAY_TOPIC) {
+      return;
+    }
+    const cameAt = parts.now();
+    this.#seen = { stamp, cameAt, drawn: this.#seen?.drawn };
+    parts.nextFrame(() => {
+      if (this.#seen !== undefined) {
+        this.#seen = { ...this.#seen, drawn: parts.now() - cameAt };
+      }
+    });
+  }
+
+  /** The robot said what it left out, and what of the way it knows. */
+  counted(answer: LinkAnswer, askedAt: number, now: number): void {
+    this.#dropped = new Map([...answer.topics].map(([topic, { dropped }]) => [topic, dropped]));
+    this.#hops.answered(answer, askedAt, now, WAY_TOPIC, this.#seen, this.#meanLag);
+  }
+
+  get #meanLag(): number {
+    return this.#ticks.reduce((sum, { late }) => sum + late, 0) / Math.max(1, this.#ticks.length);
   }
 
   /**
@@ -94,6 +123,7 @@ export class LinkRecorder {
       roundTripP95: percentile(trips, 0.95),
       jitter: meanDifference(trips),
       pageLag: percentile(this.#ticks.map(({ late }) => late), 0.95) ?? 0,
+      hops: this.#hops.hops,
       bytesPerSecond: this.#bytes.rate(now, this.#since),
       silence,
       streams: topics.map((topic) => {

@@ -101,6 +101,7 @@ export class RobotLink {
       },
       stamped: (topic, stamp) => {
         this.#begin(this.#runs.stamp(topic, stamp));
+        this.#recorder.saw(topic, stamp, parts);
         state.time.value = betterReading(state.time.peek(), { stamp, receivedAt: parts.now() });
       },
     });
@@ -294,7 +295,6 @@ export class RobotLink {
       this.#probe.tick(now);
       this.#topics.tick(now);
     }
-    const { topics } = this.#subscriptions;
-    this.#statistics.value = this.#recorder.snapshot(topics, this.#connection.silence, now);
+    this.#statistics.value = this.#recorder.snapshot(this.#subscriptions.topics, this.#connection.silence, now);
   }
 }

@@ -161,6 +161,17 @@ export interface StreamStatistics {
 }
 
 /** How good the connection is, renewed twice a second. */
+/** A part of the way of what is seen, or of a command. */
+export type HopName = "robot" | "queue" | "wireDown" | "page" | "drawn" | "hand" | "wireUp" | "gateway" | "control";
+
+export interface Hop {
+  readonly name: HopName;
+  /** How long it took [ms]. */
+  readonly took: number;
+  /** Whether it has grown much within two seconds, more than the others. */
+  readonly grows: boolean;
+}
+
 export interface LinkStatistics {
   /** Round trip now and 95th percentile of the last minute [ms]; undefined before the first. */
   readonly roundTrip: number | undefined;
@@ -173,6 +184,8 @@ export interface LinkStatistics {
   /** Since anything at all arrived [ms]. */
   readonly silence: number;
   readonly streams: readonly StreamStatistics[];
+  /** Where the time goes; none while it is unknown. */
+  readonly hops: readonly Hop[];
 }
 
 export type LinkStatisticsSignal = ReadonlySignal<LinkStatistics>;

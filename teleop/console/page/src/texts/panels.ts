@@ -34,6 +34,13 @@ export const linkPanelTexts = {
   bitRate,
   summary: (roundTrip: number | undefined, jitter: number | undefined): string =>
     `round trip ${milliseconds(roundTrip)}, jitter ${milliseconds(jitter)}`,
+  ways: { view: "What you see", command: "What you command" },
+  way: (name: string, took: number): string => `${name}: ${took.toFixed(0)} ms`,
+  hop: (name: string, took: number, grows: boolean): string => `${name} ${took.toFixed(0)} ms${grows ? ", growing" : ""}`,
+  hops: {
+    robot: "robot", queue: "waiting to be sent", wireDown: "link", page: "page", drawn: "until drawn",
+    hand: "page", wireUp: "link", gateway: "waiting for the tick", control: "until the wheels",
+  },
   streams: "Streams",
   topic: "topic",
   age: "age",

@@ -86,7 +86,7 @@ describe("who asks for the robot", () => {
 
 describe("the link", () => {
   const link: LinkStatistics = {
-    roundTrip: 20, roundTripP95: 40, jitter: 5, pageLag: 0, bytesPerSecond: 1e5, silence: 30, streams: [],
+    roundTrip: 20, roundTripP95: 40, jitter: 5, pageLag: 0, bytesPerSecond: 1e5, silence: 30, streams: [], hops: [],
   };
 
   it("is one word by its worst figure", () => {

@@ -61,6 +61,9 @@ export class FakeRobot {
         },
         caches: undefined,
         readMap: (job) => this.read(job),
+        nextFrame: (call) => {
+          setTimeout(call, 16);
+        },
         awake: new EventTarget(),
       },
     );

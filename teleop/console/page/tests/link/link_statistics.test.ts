@@ -22,7 +22,7 @@ describe("link statistics", () => {
   it("know nothing at first", () => {
     expect(new LinkRecorder(0).snapshot(["/tf"], 0, 1000)).toEqual({
       roundTrip: undefined, roundTripP95: undefined, jitter: undefined, pageLag: 0, bytesPerSecond: 0, silence: 0,
-      streams: [{ topic: "/tf", age: undefined, rate: 0, dropped: 0 }],
+      streams: [{ topic: "/tf", age: undefined, rate: 0, dropped: 0 }], hops: [],
     });
   });
 
@@ -72,11 +72,12 @@ describe("link statistics", () => {
     recorder.asked(0);
     recorder.frame(1000, 0);
     recorder.message("/tf", 0);
-    recorder.dropped(new Map([["/tf", 3]]));
+    const topics = new Map([["/tf", { dropped: 3, made: 0, queued: 0 }]]);
+    recorder.counted({ now: 1, stamp: 1, taken: -1, topics }, 0, 10);
     recorder.reset(1000);
     recorder.frame(1000, 1500);
     expect(recorder.snapshot(["/tf"], 0, 2000)).toMatchObject({
-      roundTrip: undefined, bytesPerSecond: 1000, streams: [{ age: undefined, dropped: 0 }],
+      roundTrip: undefined, bytesPerSecond: 1000, streams: [{ age: undefined, dropped: 0 }], hops: [],
     });
   });
 

@@ -203,7 +203,7 @@ describe("a link to our robot", () => {
       client: 3, name: "client 3", role: "view", tokens: true, may_drive: false, may_stop: true, may_reset: false,
       may_hint: false, may_search: false, may_take_over: false, may_share: false, link: false, may_play: false,
     };
-    robot.services["/teleop/link"] = { topics: ["/tf"], sent: [1], dropped: [7], bytes: 1, round_trip: -1 };
+    robot.services["/teleop/link"] = { topics: ["/tf"], sent: [1], dropped: [7], bytes: 1, made: [-1], queued: [-1], now: 1, stamp: 1, taken: -1, round_trip: -1 };
     robot.socket.drop();
     await vi.advanceTimersByTimeAsync(4000);
     robot.publish("/tf", { transforms: [] });

@@ -1,5 +1,6 @@
 /** Answers of services. */
 
+import type { LinkAnswer } from "../hops";
 import type { Answer, HintPreview, PlanarPose, Session } from "../../values";
 import type { Field } from "./field";
 
@@ -37,14 +38,21 @@ export function readPreview(values: Field, of: PlanarPose): HintPreview | undefi
   return { pose: of, explained: values.at("explained").within(0, 1), present: present < 0 ? undefined : present };
 }
 
-/** `farsteer_msgs/LinkStatistics`: messages that the robot left out for this connection, by topic. */
-export function readDropped(values: Field): ReadonlyMap<string, number> {
+/** `farsteer_msgs/LinkStatistics`: what the robot left out for this connection, and what of the way it knows. */
+export function readLinkAnswer(values: Field): LinkAnswer {
   const topics = values.at("topics").list(1000).map((topic) => topic.text());
-  const dropped = values.at("dropped").numbers64(1000);
-  if (dropped.length !== topics.length) {
-    values.at("dropped").fail("does not have a number for each topic");
-  }
-  return new Map(topics.map((topic, i) => [topic, dropped[i] ?? 0]));
+  const [dropped, made, queued] = (["dropped", "made", "queued"] as const).map((name) => {
+    const numbers = values.at(name).numbers64(1000);
+    return numbers.length === topics.length ? numbers : values.at(name).fail("does not have a number for each topic");
+  });
+  return {
+    now: values.at("now").number(),
+    stamp: values.at("stamp").number(),
+    taken: values.at("taken").number(),
+    topics: new Map(topics.map((topic, i) => {
+      return [topic, { dropped: dropped?.[i] ?? 0, made: made?.[i] ?? -1, queued: queued?.[i] ?? -1 }];
+    })),
+  };
 }
 
 /** Types by topic, of `rosapi/Topics`. */

@@ -2,10 +2,15 @@
 
 import { colourOf, LINK_THRESHOLDS, linkWord, LOST_AFTER } from "../../alarms/link_grade";
 import { LINK_WORDS, type LinkWord } from "../../operating_data";
-import type { LinkStatistics, LinkStatisticsSignal, RobotState, StreamStatistics } from "../../robot/robot_state";
+import type { Hop, HopName, LinkStatistics, LinkStatisticsSignal, RobotState, StreamStatistics } from "../../robot/robot_state";
 import { linkPanelTexts as texts } from "../../texts/panels";
 import { Panel, Row } from "../panel";
 import { Tooltip } from "../tooltip";
+
+const WAYS: Readonly<Record<"view" | "command", readonly HopName[]>> = {
+  view: ["robot", "queue", "wireDown", "page", "drawn"],
+  command: ["hand", "wireUp", "gateway", "control"],
+};
 
 /** The link in one word with its colour, for the page's bar. */
 export function LinkLamp({ link, state }: { link: LinkStatisticsSignal; state: RobotState }) {
@@ -39,8 +44,29 @@ export function LinkPanel({ link, state }: { link: LinkStatisticsSignal; state: 
           {Number.isFinite(now.silence) ? texts.ago(now.silence) : texts.never}
         </Row>
       </dl>
+      {Object.entries(WAYS).map(([way, names]) => (
+        <Way key={way} name={way === "view" ? texts.ways.view : texts.ways.command} hops={now.hops.filter(({ name }) => names.includes(name))} />
+      ))}
       <Streams link={now} />
     </Panel>
+  );
+}
+
+/** A way as a bar, a piece for each part, and in words. */
+function Way({ name, hops }: { name: string; hops: readonly Hop[] }) {
+  const total = hops.reduce((sum, { took }) => sum + took, 0);
+  return (
+    <div class="panel-way" hidden={hops.length === 0}>
+      {texts.way(name, total)}
+      <span class="panel-way-bar" aria-hidden="true">
+        {hops.map((hop) => <span key={hop.name} data-hop={hop.name} data-grows={hop.grows} style={{ flexGrow: hop.took }} />)}
+      </span>
+      <small>
+        {hops.map((hop) => (
+          <span key={hop.name} data-hop={hop.name} data-grows={hop.grows}>{texts.hop(texts.hops[hop.name], hop.took, hop.grows)}</span>
+        ))}
+      </small>
+    </div>
   );
 }
 

@@ -1,7 +1,7 @@
 /** A good message of each kind, and its reader. */
 
 import { readArmInfo, readArmState, readGripEnd, readMoveEnd, readMoveProgress, readRumble } from "../../../src/link/message_checks/arm_messages";
-import { readDropped, readPreview, readSession, readTopics } from "../../../src/link/message_checks/answers";
+import { readLinkAnswer, readPreview, readSession, readTopics } from "../../../src/link/message_checks/answers";
 import type { Field } from "../../../src/link/message_checks/field";
 import { readLeanCloud } from "../../../src/link/message_checks/lean_cloud";
 import { readPointCloud2 } from "../../../src/link/message_checks/point_cloud2";
@@ -116,8 +116,11 @@ export const EXAMPLES: Readonly<Record<string, Example>> = {
     message: { success: true, message: "", explained: 0.93, present: -1 },
   },
   dropped: {
-    read: readDropped,
-    message: { topics: ["/tf", "/scan"], sent: [10, 20], dropped: new BigUint64Array([1n, 2n]) },
+    read: readLinkAnswer,
+    message: {
+      topics: ["/tf", "/scan"], sent: [10, 20], dropped: new BigUint64Array([1n, 2n]), made: [0.01, -1],
+      queued: [0.002, -1], now: 70.5, stamp: 60.5, taken: 0.012,
+    },
   },
   topics: { read: readTopics, message: { topics: ["/tf"], types: ["tf2_msgs/msg/TFMessage"] } },
   armInfo: {

@@ -10,6 +10,11 @@ const LINK: LinkStatistics = {
     { topic: "/tf", age: 2000, rate: 10, dropped: 3 },
     { topic: "/map_info", age: 900_000, rate: 0, dropped: 0 },
   ],
+  hops: [
+    { name: "robot", took: 40, grows: false },
+    { name: "queue", took: 150, grows: true },
+    { name: "wireUp", took: 12, grows: false },
+  ],
 };
 
 let page: Mounted;
@@ -27,6 +32,10 @@ it("shows figures with colours, the worst as one word, and the streams", async (
   expect(page.text()).toContain("2.0 Mbit/s");
   const rows = [...page.root.querySelectorAll("tbody tr")].map((row) => row.getAttribute("data-grade"));
   expect(rows).toEqual(["red", "unknown"]);
+  const ways = [...page.root.querySelectorAll(".panel-way")].map((way) => way.textContent);
+  expect(ways[0]).toContain("What you see: 190 ms");
+  expect(ways[0]).toContain("waiting to be sent 150 ms, growing");
+  expect(ways[1]).toContain("What you command: 12 ms");
   await page.act(() => { link.value = { ...LINK, roundTrip: undefined, silence: Infinity, streams: [] }; });
   expect(page.text()).toContain("unknown");
   expect(page.text()).toContain("never");
