@@ -39,11 +39,10 @@ export class Side implements Placed {
     return this.present ? this.source?.gamepad?.buttons[BUTTONS.trigger]?.value ?? 0 : 0;
   }
 
-  /** Deflection of the stick, or of a pad in its place: right and ahead, -1 to 1. */
-  get stick(): readonly [right: number, ahead: number] {
-    const axes = this.pad?.axes ?? [];
-    const first = stickAxis(axes);
-    return [axes[first] ?? 0, -(axes[first + 1] ?? 0)];
+  /** Deflection of the stick, or of a pad in its place, -1 to 1: 0 to the right, 1 backwards. */
+  axis(which: 0 | 1): number {
+    const axes = this.pad?.axes;
+    return axes === undefined ? 0 : axes[stickAxis(axes) + which] ?? 0;
   }
 
   /** Let the person feel something: strength 0 to 1, for so many ms. */
@@ -73,13 +72,17 @@ export class Inputs {
 
   /** Renew both hands. */
   update(frame: XRFrame, space: XRReferenceSpace): void {
-    let [left, right] = [undefined as XRInputSource | undefined, undefined as XRInputSource | undefined];
-    for (const source of frame.session.inputSources) {
+    const { inputSources } = frame.session;
+    this.left.source = this.right.source = undefined;
+    for (let at = 0; at < inputSources.length; at += 1) {
+      const source = inputSources[at];
       // A gaze or a pinch that belongs to no hand is the right one's, unless there is a right one.
-      left = source.handedness === "left" ? source : left;
-      right = source.handedness === "right" ? source : source.handedness === "none" ? right ?? source : right;
+      if (source?.handedness === "left") {
+        this.left.source = source;
+      } else if (source?.handedness === "right" || this.right.source === undefined) {
+        this.right.source = source;
+      }
     }
-    [this.left.source, this.right.source] = [left, right];
     renew(this.left, frame, space);
     renew(this.right, frame, space);
   }

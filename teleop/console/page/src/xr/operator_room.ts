@@ -39,7 +39,7 @@ export class OperatorRoom {
   readonly arm = new ArmHand();
   readonly stand = signal<Stand>("free");
   readonly controls = new Board(0.7);
-  readonly wrist = new Board(0.26);
+  readonly wrist = new Board(0.26, 640);
   readonly camera = new CameraBoard();
   readonly vignette = new Vignette();
   readonly #comfort = comfortSettings();
@@ -65,10 +65,10 @@ export class OperatorRoom {
   #begins = true;
   #recentre = false;
   #facing = true;
-  #toldAt = -Infinity;
   #hinting: Ray | undefined;
   /** From one frame to the next, and from a head's pose to its picture [ms]. */
-  #clock = { interval: 0, display: undefined as number | undefined };
+  readonly #clock = { interval: 0, display: undefined as number | undefined };
+  readonly #standing = { scale: 1, ground: true };
 
   constructor(private readonly parts: RoomParts) {
     const { immersion } = parts;
@@ -108,6 +108,9 @@ export class OperatorRoom {
       }),
       effect(() => { this.#stand(this.stand.value); }),
     );
+    this.#tell();
+    const telling = setInterval(() => { this.#tell(); }, TOLD);
+    this.#undo.push(() => { clearInterval(telling); });
   }
 
   end(): void {
@@ -138,16 +141,18 @@ export class OperatorRoom {
       this.#settle();
     }
     this.inputs.update(xr, space);
+    const { driving, other } = this;
     source.cap = this.#cap();
-    source.frame(this.driving);
-    this.arm.frame(this.other, arm);
-    this.#buttons.frame(interval, this.driving, this.other, this.#comfort.peek().turning);
+    source.frame(driving);
+    this.arm.frame(other, arm);
+    this.#buttons.frame(interval, driving, other, this.#comfort.peek().turning);
     this.#place.update(interval, this.#comfort.peek());
     this.#point();
-    this.#tell(now);
     const { speed, turnRate } = this.#place;
     this.vignette.update(interval, this.#ground ? this.#comfort.peek().vignette : 0, speed, turnRate);
-    return { scale: this.#place.scale, ground: this.#ground };
+    this.#standing.scale = this.#place.scale;
+    this.#standing.ground = this.#ground;
+    return this.#standing;
   }
 
   /** A trigger is pulled, or a pinch begins. */
@@ -225,7 +230,7 @@ export class OperatorRoom {
 
   /** Return the middle of the building, on its floor. */
   #middleOf(): Vector3 {
-    const { bounds, floor } = this.parts.immersion.plan;
+    const { bounds, floor } = this.parts.immersion;
     const { min, max } = bounds ?? { min: { x: 0, y: 0 }, max: { x: 0, y: 0 } };
     return new Vector3((min.x + max.x) / 2, (min.y + max.y) / 2, floor);
   }
@@ -249,10 +254,11 @@ export class OperatorRoom {
   }
 
   #point(): void {
-    const { room, plan } = this.parts.immersion;
+    const { room, floor } = this.parts.immersion;
+    const { other } = this;
     for (const ray of this.#rays) {
-      ray.update(this.#boards, room, plan.floor, this.#head);
-      if (ray.side === this.other) {
+      ray.update(this.#boards, room, floor, this.#head);
+      if (ray.side === other) {
         this.#landing.visible = this.#buttons.aiming && ray.onFloor;
         this.#landing.position.copy(ray.floor);
       }
@@ -261,7 +267,6 @@ export class OperatorRoom {
     if (this.#hinting?.onFloor === true) {
       this.parts.hint.nudge({ type: "drag", point: { x: this.#hinting.floor.x, y: this.#hinting.floor.y } });
     }
-    const { other } = this;
     this.wrist.object.visible = other.present;
     if (other.present) {
       this.wrist.object.position.copy(other.position).y += 0.12;
@@ -269,12 +274,10 @@ export class OperatorRoom {
     }
   }
 
-  #tell(now: number): void {
-    if (now - this.#toldAt < TOLD) {
-      return;
-    }
-    this.#toldAt = now;
+  /** Renew what is told: between the frames, for drawing words takes longer than all else. */
+  #tell(): void {
     const { parts } = this;
+    const now = parts.now();
     const colours = COLOURS[parts.theme.peek()];
     const told = { ...parts, alarms: parts.alarms.active.peek() };
     this.wrist.show([...wristRows(told, this.#clock, now), ...(this.#ground ? [] : [{ words: texts.putTable }])], colours);
