@@ -189,6 +189,6 @@ EXPECTED: Final = {
     "controller on the table": "controller is not seen",
     "recentred": "origin",
     "origin moved unknown": "origin",
-    "socket dropped": "connection was lost",
+    "socket dropped": "Stopped: the connection",
 }
 """What the page says of each."""
