@@ -4,6 +4,8 @@ import { Quaternion, Vector3 } from "three";
 
 /** Buttons and axes of the mapping "xr-standard" (W3C, WebXR Gamepads Module); those from 4 on are the face buttons. */
 export const BUTTONS = { trigger: 0, squeeze: 1, stick: 3, lower: 4, upper: 5 } as const;
+/** All headsets that are driven with give it; what another one means is known by its model alone, and refused. */
+const STANDARD = "xr-standard";
 
 /** Where something is in the operator's room. */
 export interface Placed {
@@ -24,10 +26,18 @@ export class Side implements Placed {
 
   constructor(readonly hand: "left" | "right") {}
 
-  /** The controller's buttons and sticks; undefined for an empty hand, whose only button is a pinch. */
+  /** The controller's buttons and sticks, if it is known which is which; undefined for an empty hand, whose only button is a pinch. */
   get pad(): Gamepad | undefined {
     const { source, present } = this;
-    return present && source !== undefined && !source.hand ? source.gamepad : undefined;
+    return present && !source?.hand && source?.gamepad?.mapping === STANDARD ? source.gamepad : undefined;
+  }
+
+  /** Name of a controller that has buttons and cannot drive: nothing says which they are, or there is no grip to hold. */
+  get unusable(): string | undefined {
+    const { source, present } = this;
+    const pad = present && source?.targetRayMode === "tracked-pointer" && !source.hand ? source.gamepad : undefined;
+    const usable = pad === undefined || (pad.mapping === STANDARD && pad.buttons.length > BUTTONS.squeeze && pad.axes.length >= 2);
+    return usable ? undefined : source?.profiles[0] ?? "";
   }
 
   pressed(button: number): boolean {

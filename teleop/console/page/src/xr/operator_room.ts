@@ -26,7 +26,7 @@ import { captionRows, wristRows } from "./wrist";
 
 /** How often what is told on the wrist is renewed [ms]. */
 const TOLD = 200;
-export interface RoomParts extends Omit<ControlParts, "comfort" | "sizes" | "stand" | "hand" | "turn"> {
+export interface RoomParts extends Omit<ControlParts, "comfort" | "sizes" | "stand" | "hand" | "turn" | "unusable"> {
   readonly immersion: Immersion;
   readonly statistics: LinkStatisticsSignal;
   readonly alarms: Pick<Alarms, "active">;
@@ -54,6 +54,7 @@ export class OperatorRoom {
   readonly #sizes = signal<StepSizes>({
     distance: DISTANCE.presets.indexOf(DISTANCE.initial), angle: ANGLE.presets.indexOf(ANGLE.initial),
   });
+  readonly #unusable = signal<string | undefined>(undefined);
   readonly #place: Place;
   readonly #rays: readonly [Ray, Ray];
   readonly #landing = new Mesh(new RingGeometry(0.18, 0.25, 32), new MeshBasicMaterial({ depthTest: false, transparent: true }));
@@ -102,7 +103,7 @@ export class OperatorRoom {
       effect(() => {
         const colours = COLOURS[this.parts.theme.value];
         this.controls.show(controlRows({
-          ...this.parts, comfort: this.#comfort, sizes: this.#sizes, stand: this.stand, hand: this.#hand,
+          ...this.parts, comfort: this.#comfort, sizes: this.#sizes, stand: this.stand, hand: this.#hand, unusable: this.#unusable,
           turn: (sense) => { this.#snap(sense); },
         }), colours);
       }),
@@ -144,6 +145,7 @@ export class OperatorRoom {
     const { driving, other } = this;
     source.cap = this.#cap();
     source.frame(driving);
+    this.#unusable.value = driving.unusable;
     this.arm.frame(other, arm);
     this.#buttons.frame(interval, driving, other, this.#comfort.peek().turning);
     this.#place.update(interval, this.#comfort.peek());

@@ -138,7 +138,7 @@ export class Headset {
     this.#gone = true;
     this.#source.clear();
     this.room.inputs.clear();
-    this.parts.arm.peek()?.arm.hold.end("headset");
+    this.room.arm.lose(this.parts.arm.peek()?.arm);
     this.#joined?.lose(loss);
   }
 

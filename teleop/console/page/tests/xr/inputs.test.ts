@@ -11,12 +11,14 @@ interface Given {
   readonly emulated?: boolean;
   readonly axes?: readonly number[];
   readonly hand?: object;
+  readonly mapping?: string;
+  readonly buttons?: number;
 }
 
-function inputs({ transform = HERE, emulated = false, axes = [0, 0, 0.3, -0.8], hand }: Given, none = false): Inputs {
+function inputs({ transform = HERE, emulated = false, axes = [0, 0, 0.3, -0.8], hand, mapping = "xr-standard", buttons = 2 }: Given, none = false): Inputs {
   const source = {
-    handedness: "right", gripSpace: GRIP, targetRaySpace: RAY, hand,
-    gamepad: { mapping: "xr-standard", axes, buttons: [{ pressed: false, value: 0.4 }, { pressed: true, value: 1 }] },
+    handedness: "right", gripSpace: GRIP, targetRaySpace: RAY, hand, targetRayMode: "tracked-pointer", profiles: ["acme-wand"],
+    gamepad: { mapping, axes, buttons: [{ pressed: false, value: 0.4 }, { pressed: true, value: 1 }].slice(0, buttons) },
   };
   const frame = {
     session: { inputSources: [source] },
@@ -53,6 +55,18 @@ describe("a controller", () => {
     expect(inputs({}, true).right.pressed(1)).toBe(false);
     const guessed = inputs({ emulated: true }).right;
     expect([guessed.present, guessed.tracked]).toEqual([true, false]);
+  });
+
+  it.each([
+    ["gives no common mapping", { mapping: "" }, "acme-wand"], ["has no grip", { buttons: 1 }, "acme-wand"], ["has no stick", { axes: [] }, "acme-wand"],
+    ["is none, but a hand", { hand: {}, mapping: "" }, undefined], ["has all that drives", {}, undefined],
+  ])("that %s is named if it cannot drive", (_, given, name) => {
+    expect(inputs(given).right.unusable).toBe(name);
+  });
+
+  it("without the common mapping presses nothing", () => {
+    const { right } = inputs({ mapping: "" });
+    expect([right.pad, right.pressed(1), right.axis(1)]).toEqual([undefined, false, 0]);
   });
 
   it("is no empty hand: a pinch is no deadman", () => {
