@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import asyncio
-import os
 import shutil
 import subprocess
 import tempfile
@@ -15,7 +14,8 @@ import numpy as np
 
 from benchmarks.common.figures import OURS, Figure
 from benchmarks.console.browser import PATIENCE, chromium
-from benchmarks.console.publisher import cloud_message, server_of
+from benchmarks.console.bundles import HERE, bundled
+from benchmarks.console.publisher import cloud_message, offer_scripts, server_of
 from teleop.rosbridge import Server
 
 POINTS = 50_000
@@ -28,15 +28,14 @@ PERIOD = 0.25
 GOAL = 5.0
 """Longest time from bytes to buffers [ms]."""
 
-HERE = Path(__file__).resolve().parent
-PAGE = HERE.parents[1] / "teleop" / "console" / "page"
 PEER = "roslib 1.4 and ros3d 1.1"
 
 
 def cloud() -> Iterator[Figure]:
     """Yield how long a cloud takes by the page's reader, and by the libraries that others use."""
     with tempfile.TemporaryDirectory() as folder:
-        ours, theirs = asyncio.run(_both(_bundle(), _packages(Path(folder))))
+        script = (HERE / "cloud_clock.js").read_bytes() + bundled("cloud_ours.ts")
+        ours, theirs = asyncio.run(_both(script, _packages(Path(folder))))
     case = "cloud of 1 MB in CBOR"
     for method, found, goal in ((OURS, ours, GOAL), (PEER, theirs, None)):
         whole, reader = (np.array([one[k] for one in found[WARM:]]) for k in ("whole", "reader"))
@@ -46,23 +45,6 @@ def cloud() -> Iterator[Figure]:
         )
         yield Figure(case, method, "p95", float(np.percentile(whole, 95)), "ms", n)
         yield Figure(case, method, "of it after decoding, p50", float(np.median(reader)), "ms", n)
-
-
-def _bundle() -> bytes:
-    """Return the script with the page's own reader, bundled as the page is."""
-    found = sorted((PAGE / "node_modules" / "@esbuild").glob("*/bin/esbuild"))
-    if not found:
-        raise SystemExit("esbuild is not there: tools/build-console fetches it")
-    words = ("--bundle", "--minify", "--format=esm", "--target=chrome110")
-    alias = f"--alias:bson={PAGE / 'src' / 'link' / 'no_bson.ts'}"
-    made = subprocess.run(
-        [found[0], str(HERE / "cloud_ours.ts"), *words, alias],
-        env={**os.environ, "NODE_PATH": str(PAGE / "node_modules")},
-        capture_output=True,
-        check=True,
-    )
-    clock = (HERE / "cloud_clock.js").read_bytes()
-    return clock + made.stdout
 
 
 def _packages(folder: Path) -> bytes:
@@ -87,10 +69,7 @@ def _packages(folder: Path) -> bytes:
 async def _both(ours: bytes, theirs: bytes) -> list[list[dict[str, float]]]:
     """Return the times of both on the same stream, one page after the other [ms]."""
     server = server_of()
-    for name, script, kind in (("ours", ours, "module"), ("theirs", theirs, "text/javascript")):
-        page = f"<!doctype html><meta charset=utf-8><script type={kind} src=/{name}.js></script>"
-        server.pages.add_file(f"/{name}.html", page.encode(), "text/html", public=True)
-        server.pages.add_file(f"/{name}.js", script, "text/javascript", public=True)
+    offer_scripts(server, {"ours": ours, "theirs": theirs})
     server.protocol.topics.advertise("/cloud", "sensor_msgs/msg/PointCloud2")
     async with server, chromium() as browser:
         publishing = asyncio.create_task(_publish(server))

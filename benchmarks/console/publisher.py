@@ -5,9 +5,10 @@ from __future__ import annotations
 import asyncio
 import contextlib
 import time
-from collections.abc import AsyncIterator
+from collections.abc import AsyncIterator, Mapping
 from contextlib import asynccontextmanager
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any
 
 import numpy as np
@@ -45,12 +46,31 @@ def server_of() -> Server:
     return server
 
 
+def offer_scripts(server: Server, scripts: Mapping[str, bytes]) -> None:
+    """Serve scripts by name, each with a page of its own, ``/NAME.html``."""
+    for name, script in scripts.items():
+        page = (
+            f"<!doctype html><meta charset=utf-8><body><script type=module src=/{name}.js></script>"
+        )
+        server.pages.add_file(f"/{name}.html", page.encode(), "text/html", public=True)
+        server.pages.add_file(f"/{name}.js", script, "text/javascript", public=True)
+
+
 @asynccontextmanager
-async def publishing(map_file: Path) -> AsyncIterator[str]:
-    """Serve the page with a map, and with a robot that drives in a circle; yield the page's address."""
+async def publishing(
+    map_file: Path, page: Path | None = None, scripts: Mapping[str, bytes] = MappingProxyType({})
+) -> AsyncIterator[str]:
+    """Serve the page with a map, and with a robot that drives in a circle; yield the page's address.
+
+    Args:
+        map_file: The map.
+        page: Folder of the built page; the package's own by default.
+        scripts: Scripts by name, each served with a page of its own, ``/NAME.html``.
+    """
     server, cloud, world = server_of(), load_cloud(map_file), load_world("office")
     offer_map(server, map_file)
-    if not offer_page(server.pages):
+    offer_scripts(server, scripts)
+    if not offer_page(server.pages, page=page):
         raise SystemExit("the page is not built: make env builds it")
     for interface, message in latched_messages(cloud, world.robot, world.robot.mounts).items():
         server.protocol.topics.advertise(interface.name, interface.type, latch=True)

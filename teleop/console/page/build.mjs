@@ -1,4 +1,5 @@
-// Builds the page: scripts, one style sheet, manifest and icon, the licences of what is bundled. Usage: node build.mjs [FOLDER]
+// Builds the page: scripts, one style sheet, manifest and icon, the licences of what is bundled. Usage: node build.mjs
+// [FOLDER [--readable]]; readable scripts keep the names of modules and functions, for profiles.
 import { cp, mkdir, readdir, readFile, rm, writeFile } from "node:fs/promises";
 import { dirname, join, relative } from "node:path";
 import { fileURLToPath } from "node:url";
@@ -13,7 +14,7 @@ const common = {
   absWorkingDir: here,
   outdir: target,
   bundle: true,
-  minify: true,
+  minify: process.argv[3] !== "--readable",
   format: "esm",
   target: ["chrome110", "firefox115", "safari16.4"],
   jsx: "automatic",

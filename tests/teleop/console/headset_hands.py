@@ -40,6 +40,12 @@ DEVICE: Final = """
   };
   // iwer makes a rotation of any quaternion and calls all places guessed; runtimes hand on what they are given, and say.
   const [lying, guessed] = [new Set(), new Set()];
+  const pulses = [];
+  for (const [hand, { inputSource }] of Object.entries(device.controllers)) {
+    for (const one of inputSource.gamepad.hapticActuators) {
+      one.pulse = async (strength, duration) => { pulses.push({ hand, strength, duration }); return true; };
+    }
+  }
   const pose = XRFrame.prototype.getPose;
   XRFrame.prototype.getPose = function (of, base) {
     const found = pose.call(this, of, base);
@@ -55,6 +61,10 @@ DEVICE: Final = """
   window.worn = {
     device,
     get count() { return count; },
+    pulses,
+    mapping(hand, is) {
+      Object.defineProperty(device.controllers[hand].inputSource.gamepad, 'mapping', { value: is, configurable: true });
+    },
     guess(hand, is) { guessed[is ? 'add' : 'delete'](device.controllers[hand]); },
     lie(hand, lies) { lying[lies ? 'add' : 'delete'](device.controllers[hand]); },
     frames(come) {

@@ -7,8 +7,10 @@ import subprocess
 from contextlib import AsyncExitStack
 from pathlib import Path
 from random import Random
+from typing import Any
 
 import pytest
+from playwright.async_api import Page
 
 from benchmarks.console.headset_losses import EXPECTED, KINDS, trial
 from benchmarks.console.losses import LIMIT
@@ -16,7 +18,8 @@ from localization.maps.cloud import Cloud
 from robot_sim import World
 from teleop.console.lan.certificate import ensure_certificate
 from teleop.robot.serving.serve_config import ServeConfig
-from tests.teleop.console.conftest import Pages, Served
+from tests.teleop.console.arm_hands import office_with_parcel
+from tests.teleop.console.conftest import PATIENCE, Pages, Served
 from tests.teleop.console.hands import hold_until, says, seen
 from tests.teleop.console.headset_hands import (
     CYCLES,
@@ -32,8 +35,9 @@ from tests.teleop.console.headset_hands import (
     tap,
     worn,
 )
-from tests.teleop.console.paced_robot import paced_robot
+from tests.teleop.console.paced_robot import PacedRobot, paced_robot
 from tests.teleop.console.test_accessible import FETCH
+from tests.teleop.console.test_arm_lets_go import rates
 from tests.teleop.console.test_losing_it import BUSY
 from tests.teleop.console.test_restart import front
 from tests.teleop.console.test_whole_way import until
@@ -126,6 +130,99 @@ async def test_controllers_of_other_headsets_drive_and_nothing_is_asked_of_other
         await hold_until(page, turn, lambda: robot.ticks[-1].turn > 0.2, "that it turns left")
         await turn(False)
         assert {host.partition(":")[0] for host in visit.hosts} == {"127.0.0.1"}
+
+
+@in_a_loop
+async def test_controller_that_does_not_tell_its_grip_drives_nothing_and_is_named(
+    page_of: Pages, office: World, office_cloud: Cloud, cache: Path
+) -> None:
+    async with (
+        paced_robot(office, office_cloud, cache) as robot,
+        page_of(robot.page, scripts=[headset()], viewport=SIZE) as visit,
+    ):
+        page = visit.page
+        robot.place()
+        await seen(page)
+        await enter(page)
+        await worn(page, "mapping", "right", "")
+        await inside(page, lambda it: "“meta-quest-touch-plus”" in " ".join(it["words"]))
+        hold = grip(page)
+        await hold(True)
+        await asyncio.sleep(1.0)
+        assert not any(tick.moves for tick in robot.ticks)
+        await hold(False)
+        await worn(page, "mapping", "right", "xr-standard")
+        await inside(page, lambda it: "“meta-quest-touch-plus”" not in " ".join(it["words"]))
+        await hold_until(page, hold, lambda: robot.ticks[-1].moves, "that a known one drives")
+        await hold(False)
+
+
+@pytest.mark.long
+@in_a_loop
+async def test_arm_stands_when_its_controller_is_gone_and_the_hand_feels_limits_and_refusals(
+    page_of: Pages, office_cloud: Cloud, cache: Path
+) -> None:
+    async with (
+        paced_robot(office_with_parcel(0.21, 0.03), office_cloud, cache) as robot,
+        page_of(robot.page, scripts=[headset()], viewport=SIZE) as visit,
+    ):
+        page = visit.page
+        robot.place()
+        await seen(page)
+        await page.locator(".arm-tip").wait_for(state="attached")
+        await enter(page)
+        await _lead(page, robot)
+        await page.evaluate("window.worn.device.controllers.left.connected = false; 0")
+        await until(lambda: rates(robot) < 0.01, "that the arm stands without its controller")
+        await page.evaluate("window.worn.device.controllers.left.connected = true; 0")
+        for step in range(20):
+            await worn(page, "place", "left", -0.25, 1.5 + 0.005 * step, -0.4)
+            await asyncio.sleep(0.05)
+        assert rates(robot) < 0.01, "the arm follows a grip that was not let go"
+        await worn(page, "button", "left", "squeeze", 0)
+        await asyncio.sleep(2 * FRAME)
+
+        # As far as the arm does not reach, at a pace of hands.
+        felt = 0.0
+        async with asyncio.timeout(PATIENCE):
+            while felt == 0.0:
+                await _lead(page, robot)
+                for step in range(60):
+                    await worn(page, "place", "left", -0.25, 1.5 + 0.02 * step, -0.4)
+                    await asyncio.sleep(0.05)
+                felt = max((one["strength"] for one in await _pulses(page)), default=0.0)
+                await worn(page, "button", "left", "squeeze", 0)
+        assert felt in (0.25, 0.6, 1.0), (
+            "the robot's own strengths of limits, refusals and contacts"
+        )
+        await tap(page, "right", "b-button")
+        await inside(page, lambda it: any("E-stop" in words for words in it["words"]))
+        await worn(page, "button", "left", "squeeze", 1)
+        async with asyncio.timeout(PATIENCE):
+            while 0.8 not in [one["strength"] for one in await _pulses(page)]:  # noqa: ASYNC110
+                await asyncio.sleep(0.05)
+
+
+async def _pulses(page: Page) -> list[dict[str, Any]]:
+    """Return what the left controller was let feel."""
+    pulses: list[dict[str, Any]] = await page.evaluate("window.worn.pulses")
+    return [one for one in pulses if one["hand"] == "left"]
+
+
+async def _lead(page: Page, robot: PacedRobot) -> None:
+    """Close the clutch and lead the arm upwards until it moves, again where a loaded machine let go."""
+    async with asyncio.timeout(PATIENCE):
+        while True:
+            await worn(page, "button", "left", "squeeze", 0)
+            await worn(page, "place", "left", -0.25, 1.5, -0.4)
+            await asyncio.sleep(4 * FRAME)
+            await worn(page, "button", "left", "squeeze", 1)
+            await asyncio.sleep(4 * FRAME)
+            for step in range(20):
+                await worn(page, "place", "left", -0.25, 1.5 + 0.005 * step, -0.4)
+                await asyncio.sleep(0.05)
+                if rates(robot) > 0.05:
+                    return
 
 
 @in_a_loop

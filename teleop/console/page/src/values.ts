@@ -5,6 +5,9 @@
  * (`performance.now()`) where a name ends in `At`, and seconds of the robot's clock where it is `stamp`.
  */
 
+/** A value that its owner renews each frame, rather than leave a new one behind in each: those come back as a pause. */
+export type Renewed<T> = { -readonly [Field in keyof T]: T[Field] };
+
 export interface Vector3 {
   readonly x: number;
   readonly y: number;

@@ -5,6 +5,8 @@ import { markChanged } from "./changed";
 import { DISTANCE_FULL, type Rgb, type SceneColours } from "./palette";
 import { CLOUD_FRAGMENT, CLOUD_VERTEX } from "./shaders";
 
+/** Height [m] above which nothing is cut. */
+export const NO_CUT = 1e6;
 /** Size of a live point [m]. */
 const POINT = 0.075;
 
@@ -66,7 +68,7 @@ export class CloudLayer {
       fragmentShader: CLOUD_FRAGMENT,
       uniforms: {
         uPixelsPerMetre: { value: 1 }, uPixels: { value: new Vector2(2, 14) }, uSize: { value: POINT },
-        uCut: { value: 1e6 }, uFull: { value: DISTANCE_FULL },
+        uCut: { value: NO_CUT }, uFull: { value: DISTANCE_FULL },
         uScale: { value: [new Vector3(), new Vector3(), new Vector3()] }, uUnknown: { value: new Vector3() },
         uTint: { value: new Vector3() }, uTinted: { value: 0 }, uNow: { value: 0 }, uDecay: { value: -1 },
         uBackground: { value: new Vector3() }, uHalo: { value: new Vector3() },
@@ -97,10 +99,11 @@ export class CloudLayer {
     this.#set("uDecay", seconds);
   }
 
-  setLook(look: CloudLook): void {
+  /** @param cut What is higher is left out [m]. */
+  setLook(look: CloudLook, cut = look.cut): void {
     this.#set("uPixelsPerMetre", look.pixelsPerMetre);
     this.#set("uSize", POINT * look.size);
-    this.#set("uCut", look.cut ?? 1e6);
+    this.#set("uCut", cut ?? NO_CUT);
     this.#set("uNow", look.now);
     const least = 3.4 * look.ratio * look.size;
     (this.object.material.uniforms["uPixels"]?.value as Vector2).set(least, 4 * least);

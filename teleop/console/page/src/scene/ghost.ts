@@ -2,7 +2,7 @@
 
 import { Box3, Group, Matrix4, Quaternion, Vector3 } from "three";
 import type { PlanarPose, Pose } from "../values";
-import { CloudLayer, type CloudLook, type PointBuffer } from "./cloud_layer";
+import { CloudLayer, type CloudLook, NO_CUT, type PointBuffer } from "./cloud_layer";
 import { upright } from "./geometry";
 import { arrow, boxEdges, circle } from "./outline";
 import type { Rgb, SceneColours } from "./palette";
@@ -20,13 +20,14 @@ export class Ghost {
   readonly #heading = new WideLine(8, { width: 5, overlaid: true });
   /** Says by its shape what the colour says: a bad place is crossed out. */
   readonly #cross = new WideLine(8, { width: 4, overlaid: true });
+  readonly #lines = [this.#outline, this.#heading, this.#cross];
   readonly #sweep: CloudLayer;
 
   constructor(buffer: PointBuffer) {
     this.#sweep = new CloudLayer(buffer);
     this.#sweep.object.matrixAutoUpdate = false;
     this.#sweep.object.renderOrder = 5;
-    this.#robot.add(this.#outline.object, this.#heading.object, this.#cross.object);
+    this.#robot.add(...this.#lines.map((line) => line.object));
     this.object.add(this.#robot, this.#sweep.object);
     this.#heading.set(arrow(0, 1.1, 0.1, 0.22));
     this.#cross.set([[-0.34, -0.34, 0.1, 0.34, 0.34, 0.1], [-0.34, 0.34, 0.1, 0.34, -0.34, 0.1]]);
@@ -66,17 +67,18 @@ export class Ghost {
   }
 
   setViewport(viewport: Viewport, look: CloudLook): void {
+    if (!this.object.visible) {
+      return;
+    }
     const scale = Math.max(1, (24 * viewport.metresPerPixel) / 0.6);
-    for (const line of [this.#outline, this.#heading, this.#cross]) {
+    for (const line of this.#lines) {
       line.object.scale.setScalar(scale);
     }
-    this.#sweep.setLook({ ...look, cut: undefined });
+    this.#sweep.setLook(look, NO_CUT);
   }
 
   dispose(): void {
-    this.#outline.dispose();
-    this.#heading.dispose();
-    this.#cross.dispose();
+    this.#lines.forEach((line) => { line.dispose(); });
     this.#sweep.object.material.dispose();
   }
 }

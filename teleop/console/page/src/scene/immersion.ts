@@ -1,9 +1,12 @@
 /** The picture as a headset sees it: all of the world about an operator, who stands somewhere in it at some scale. */
 
+import type { ReadonlySignal } from "@preact/signals";
 import { Group, type PerspectiveCamera } from "three";
 import type { SmoothPose } from "./smooth_pose";
 import type { Stage } from "./stage";
-import type { World } from "./world";
+import type { Renewed } from "../values";
+import type { Viewport } from "./viewport";
+import type { Look, World } from "./world";
 
 /** Distances of the operator's room between which things are drawn [m]: a hand's breadth, and beyond any building. */
 const DEPTH = { near: 0.05, far: 1000 };
@@ -20,22 +23,27 @@ export interface Standing {
 
 /** What the picture knows beside the world itself. */
 export interface ImmersionFacts {
-  readonly located: boolean;
-  readonly floor: number;
-  readonly size: number;
-  readonly decay: number;
+  located(): boolean;
+  floor(): number;
+  readonly pointSize: ReadonlySignal<number>;
+  readonly decay: ReadonlySignal<number>;
 }
 
 export class Immersion {
   /** The operator's room, in which the headset gives its poses, placed in the map: x right, y up, z back. */
   readonly room = new Group();
   readonly camera: PerspectiveCamera;
+  /** One object for good, renewed each frame: what is thrown away in the frame loop comes back as a pause. */
+  readonly #kept: Renewed<Omit<Look, "viewport">> & { readonly viewport: Renewed<Viewport> } = {
+    viewport: { width: 1, height: 1, ratio: 1, tangent: 1, pixelsPerMetre: 1, metresPerPixel: 1 },
+    distance: 10, inside: true, view: "chase", located: false, floor: 0, size: 1, decay: 0, thin: THIN_FROM,
+  };
   /** The robot as it is drawn. */
   readonly robot: SmoothPose;
 
   constructor(
     private readonly stage: Stage, private readonly world: World, pose: SmoothPose,
-    private readonly facts: () => ImmersionFacts,
+    private readonly facts: ImmersionFacts,
   ) {
     [this.camera, this.robot] = [stage.camera, pose];
   }
@@ -50,9 +58,14 @@ export class Immersion {
     return this.stage.frameTimes.values();
   }
 
-  /** Extent of the building [m], as far as it is known, and the height of its floor. */
-  get plan(): { readonly bounds: World["bounds"]; readonly floor: number } {
-    return { bounds: this.world.bounds, floor: this.facts().floor };
+  /** Extent of the building [m], as far as it is known. */
+  get bounds(): World["bounds"] {
+    return this.world.bounds;
+  }
+
+  /** Height of its floor [m]. */
+  get floor(): number {
+    return this.facts.floor();
   }
 
   /**
@@ -80,17 +93,21 @@ export class Immersion {
   }
 
   #look(session: XRSession, { scale, ground }: Standing): void {
-    const { located, floor, size, decay } = this.facts();
+    const look = this.#kept;
+    const { viewport } = look;
     const layer = session.renderState.baseLayer;
-    const height = layer?.framebufferHeight ?? 1000;
-    const tangent = 1 / Math.max(this.camera.projectionMatrix.elements[5], 1e-3);
-    const pixelsPerMetre = height / (2 * tangent) / scale;
-    const metresPerPixel = 1 / pixelsPerMetre;
+    viewport.width = layer?.framebufferWidth ?? 1000;
+    viewport.height = layer?.framebufferHeight ?? 1000;
+    viewport.tangent = 1 / Math.max(this.camera.projectionMatrix.elements[5], 1e-3);
+    viewport.pixelsPerMetre = viewport.height / (2 * viewport.tangent) / scale;
+    viewport.metresPerPixel = 1 / viewport.pixelsPerMetre;
+    look.inside = scale === 1;
+    look.located = this.facts.located();
+    look.floor = this.facts.floor();
+    look.size = this.facts.pointSize.peek();
+    look.decay = this.facts.decay.peek();
     this.world.setGround(ground);
-    this.world.look({
-      viewport: { width: layer?.framebufferWidth ?? 1000, height, ratio: 1, tangent, pixelsPerMetre, metresPerPixel },
-      distance: 10, inside: scale === 1, view: "chase", located, floor, size, decay, thin: THIN_FROM,
-    }, this.robot, performance.now());
+    this.world.look(look, this.robot, performance.now());
     this.world.robot.setBodyVisible(true);
   }
 }

@@ -27,13 +27,14 @@ export class LivePoints {
   readonly #oldBuffer = new PointBuffer(OLD_POINTS);
   readonly #oldLayer = new CloudLayer(this.#oldBuffer);
   readonly #old = new OldSweeps(this.#oldBuffer);
+  readonly #layers = [this.#oldLayer, this.#scanLayer, this.#cloudLayer];
   #last: CloudPoints | undefined;
   #hasCloud = false;
 
   constructor() {
     this.#oldLayer.setDecay(1);
     this.#oldLayer.object.renderOrder = 1;
-    this.object.add(this.#oldLayer.object, this.#scanLayer.object, this.#cloudLayer.object);
+    this.object.add(...this.#layers.map((layer) => layer.object));
   }
 
   get hasCloud(): boolean {
@@ -85,7 +86,7 @@ export class LivePoints {
   }
 
   setColours(colours: SceneColours, stale: boolean): void {
-    for (const layer of [this.#cloudLayer, this.#scanLayer, this.#oldLayer]) {
+    for (const layer of this.#layers) {
       layer.setColours(colours);
       layer.setTint(colours.stale, stale ? 0.85 : 0);
     }
@@ -93,7 +94,7 @@ export class LivePoints {
 
   setLook(look: CloudLook, decay: number): void {
     this.#oldLayer.setDecay(Math.max(decay, 0));
-    for (const layer of [this.#cloudLayer, this.#scanLayer, this.#oldLayer]) {
+    for (const layer of this.#layers) {
       layer.setLook(look);
     }
   }
@@ -106,7 +107,7 @@ export class LivePoints {
   }
 
   dispose(): void {
-    for (const layer of [this.#cloudLayer, this.#scanLayer, this.#oldLayer]) {
+    for (const layer of this.#layers) {
       layer.dispose();
     }
   }

@@ -20,8 +20,8 @@ export interface MapLook {
   /** What is higher is left out [m in the map]; undefined leaves nothing out. */
   readonly cut: number | undefined;
   readonly focus: { readonly x: number; readonly y: number };
-  /** Distances from the focus at which points begin to fade and are faint [m]. */
-  readonly fade: readonly [number, number];
+  /** Distance from the focus at which points begin to fade; they are faint at three times that [m]. */
+  readonly fadeFrom: number;
   readonly pixelsPerMetre: number;
   /** Factor on the size of points. */
   readonly size: number;
@@ -92,18 +92,13 @@ export class MapLayer {
 
   setLook(look: MapLook): void {
     const { uniforms } = this.#points.material;
-    const values = {
-      uPixelsPerMetre: look.pixelsPerMetre,
-      uSize: (POINT * look.size) / Math.sqrt(this.#share),
-      uFloor: this.floor,
-      uCut: look.cut ?? NO_CUT,
-      uThin: look.thin ?? NO_CUT,
-    };
-    for (const [name, value] of Object.entries(values)) {
-      this.#set(name, value);
-    }
+    this.#set("uPixelsPerMetre", look.pixelsPerMetre);
+    this.#set("uSize", (POINT * look.size) / Math.sqrt(this.#share));
+    this.#set("uFloor", this.floor);
+    this.#set("uCut", look.cut ?? NO_CUT);
+    this.#set("uThin", look.thin ?? NO_CUT);
     (uniforms["uPixels"]?.value as Vector2).set(Math.max(1.5 * look.ratio * look.size, 1), 9 * look.ratio * look.size);
-    (uniforms["uFade"]?.value as Vector2).set(...look.fade);
+    (uniforms["uFade"]?.value as Vector2).set(look.fadeFrom, 3 * look.fadeFrom);
     this.#vector("uFocus").set(look.focus.x, look.focus.y, 0);
   }
 

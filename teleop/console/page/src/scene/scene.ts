@@ -97,8 +97,8 @@ export class Scene {
       canvas, camera: this.#stage.camera, world: this.#stage.scene, base: this.#world.robot.body, model,
       draw: () => { this.#stage.invalidate(); }, holdView: (held) => { this.setInteraction(held ? "hint" : "camera"); },
     };
-    this.immersion = new Immersion(this.#stage, this.#world, this.#pose, () => ({
-      located: this.#located, floor: this.#floor(), size: settings.pointSize.peek(), decay: settings.decay.peek() }));
+    this.immersion = new Immersion(this.#stage, this.#world, this.#pose, {
+      located: () => this.#located, floor: () => this.#floor(), pointSize: settings.pointSize, decay: settings.decay });
     this.#watch(model);
   }
 

@@ -52,11 +52,4 @@ export class SmoothPose {
     this.orientation.slerp(this.#goal.orientation, share);
     return share < 1;
   }
-
-  /** The pose as a plain value. */
-  value(): Pose {
-    const { x, y, z } = this.position;
-    const { x: qx, y: qy, z: qz, w } = this.orientation;
-    return { position: { x, y, z }, orientation: { x: qx, y: qy, z: qz, w } };
-  }
 }

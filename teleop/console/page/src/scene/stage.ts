@@ -107,6 +107,7 @@ export class Stage {
       this.invalidate();
     };
     this.#immersed = renderer.xr.enabled = true;
+    this.frameTimes.clear();
     renderer.xr.addEventListener("sessionend", leave);
     renderer.setAnimationLoop((now, xr) => {
       if (renderer.xr.isPresenting) {

@@ -1,14 +1,15 @@
 /** All that is in the picture, layer by layer, without any signal: how it is painted, shown and freed. */
 
 import { Group } from "three";
-import type { GuardZone, NearestObstacle, PlanarPose } from "../values";
+import type { GuardZone, NearestObstacle, PlanarPose, Renewed } from "../values";
 import type { Bounds } from "./geometry";
 import { Ghost, type GhostQuality } from "./ghost";
 import { BuildingLayer } from "./building_layer";
+import type { CloudLook } from "./cloud_layer";
 import { GridLayer } from "./grid_layer";
 import { Hypotheses } from "./hypotheses";
 import { LivePoints } from "./live_points";
-import { MapLayer } from "./map_layer";
+import { MapLayer, type MapLook } from "./map_layer";
 import { GuardZoneLayer } from "./guard_zone";
 import { NearestArc } from "./nearest_arc";
 import type { SceneColours } from "./palette";
@@ -27,6 +28,7 @@ const WALLS = 1.2;
 const LARGER_FROM_ABOVE = 1.3;
 /** Distances of the focus from which the map fades, at least [m]. */
 const CLEAR = { inside: 12, outside: 22 };
+const NEVER = 1e5;
 
 /** What is painted in which way. */
 export interface Paint {
@@ -72,6 +74,10 @@ export class World {
   readonly #ghost = new Ghost(this.live.cloud);
   #proposed: { readonly pose: PlanarPose; readonly quality: GhostQuality } | undefined;
   #paint: Paint | undefined;
+  /** One object for good, renewed each frame. */
+  readonly #points: Renewed<MapLook & CloudLook> = {
+    cut: undefined, pixelsPerMetre: 1, ratio: 1, now: 0, focus: { x: 0, y: 0 }, fadeFrom: NEVER, thin: undefined, size: 1,
+  };
 
   /** `changed` is called when something is there to be drawn that was not there before. */
   constructor(changed: () => void) {
@@ -154,25 +160,30 @@ export class World {
 
   look(look: Look, pose: SmoothPose, now: number): void {
     const { viewport, inside, size } = look;
-    const { pixelsPerMetre, ratio } = viewport;
     const { x, y } = pose.position;
-    const cut = inside ? undefined : look.floor + this.robot.box.max.z + HEADROOM;
+    const points = this.#points;
+    points.cut = inside ? undefined : look.floor + this.robot.box.max.z + HEADROOM;
+    points.pixelsPerMetre = viewport.pixelsPerMetre;
+    points.ratio = viewport.ratio;
+    points.now = now / 1000;
+    points.focus = pose.position;
     const near = Math.max(inside ? CLEAR.inside : CLEAR.outside, 3 * look.distance);
-    const fade: readonly [number, number] = look.located && look.view !== "top" ? [near, 3 * near] : [1e5, 2e5];
-    const mapSize = look.view === "top" ? LARGER_FROM_ABOVE * size : size;
-    this.map.setLook({ cut, focus: { x, y }, fade, pixelsPerMetre, size: mapSize, ratio, thin: look.thin });
-    const cloudLook = { cut, pixelsPerMetre, size, ratio, now: now / 1000 };
+    points.fadeFrom = look.located && look.view !== "top" ? near : NEVER;
+    points.thin = look.thin;
+    points.size = look.view === "top" ? LARGER_FROM_ABOVE * size : size;
+    this.map.setLook(points);
+    points.size = size;
     this.building.setCut(inside ? undefined : look.floor + WALLS, look.floor);
     this.live.placeScan(pose.position, pose.orientation);
-    this.live.setLook(cloudLook, look.decay);
+    this.live.setLook(points, look.decay);
     this.grid.setMetres(this.bounds === undefined, x, y, look.floor);
-    this.robot.setPose(pose.known ? pose.value() : undefined);
+    this.robot.setPose(pose.known ? pose : undefined);
     this.robot.setBodyVisible(!inside);
     this.names.look(look.view, x, y, viewport);
-    this.#ghost.setViewport(viewport, cloudLook);
-    for (const layer of [this.robot, this.hypotheses, this.waiting]) {
-      layer.setViewport(viewport);
-    }
+    this.#ghost.setViewport(viewport, points);
+    this.robot.setViewport(viewport);
+    this.hypotheses.setViewport(viewport);
+    this.waiting.setViewport(viewport);
   }
 
   dispose(): void {

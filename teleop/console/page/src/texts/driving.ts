@@ -14,7 +14,7 @@ const lost = {
   "unplugged": "Stopped: the gamepad was unplugged.",
   "frozen": "Stopped: the gamepad no longer reports; is it out of range?",
   "connection": "Stopped: the connection was lost.",
-  "unsent": "Stopped: a command could not be sent.",
+  "unsent": "Stopped: the connection took no command.",
   "silent": "Stopped: the robot said nothing for a second.",
   "taken": "Stopped: somebody else drives now.",
   "not-listening": "Stopped: the robot no longer listened.",

@@ -13,19 +13,23 @@ const PULSE = 120;
 const REFUSED = { strength: 0.8, duration: 60 };
 
 export class ArmHand {
-  #closed = false;
+  #closed = true;
   #side: Side | undefined;
   readonly #turn = new Quaternion();
   readonly #back = UPRIGHT.clone().invert();
 
   /** Whether the clutch is closed: then the trigger is the gripper's. */
   get closed(): boolean {
-    return this.#closed;
+    return this.#closed && this.#side?.present === true;
   }
 
   /** Take over what the hand does in a frame. */
   frame(side: Side, arm: Arm | undefined): void {
     this.#side = side;
+    if (!side.present) {
+      this.lose(arm);
+      return;
+    }
     const closed = arm !== undefined && side.pressed(BUTTONS.squeeze);
     if (closed && !this.#closed && !arm.hold.begin("headset", () => this.#wish())) {
       side.pulse(REFUSED.strength, REFUSED.duration);
@@ -34,6 +38,12 @@ export class ArmHand {
       arm?.hold.end("headset");
     }
     this.#closed = closed;
+  }
+
+  /** The hand may be gone: the arm stands, and the clutch is opened before it closes again. */
+  lose(arm: Arm | undefined): void {
+    this.#closed = true;
+    arm?.hold.end("headset");
   }
 
   /** Have the hand feel the strength that the robot tells of, 0 to 1. */
@@ -50,7 +60,7 @@ export class ArmHand {
       kind: "hand",
       hand: {
         pose: { position: { x: -z, y: -x, z: y }, orientation: { x: turn.x, y: turn.y, z: turn.z, w: turn.w } },
-        frame: FRAME, engaged: this.#closed && side?.present === true, trigger: side?.trigger ?? 0,
+        frame: FRAME, engaged: this.closed, trigger: side?.trigger ?? 0,
         tracked: side?.tracked === true, scale: 1,
       },
     };

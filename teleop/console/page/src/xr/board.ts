@@ -1,6 +1,6 @@
 /** A board in the operator's room: lines of words and keys that are pressed by pointing at them. */
 
-import { CanvasTexture, Mesh, MeshBasicMaterial, PlaneGeometry, Quaternion, SRGBColorSpace, Vector3 } from "three";
+import { CanvasTexture, LinearFilter, Mesh, MeshBasicMaterial, PlaneGeometry, Quaternion, SRGBColorSpace, Vector3 } from "three";
 import { css, type SceneColours } from "../scene/palette";
 
 export interface Key {
@@ -17,7 +17,7 @@ export interface Row {
   readonly keys?: readonly Key[];
 }
 
-/** Pixels of the texture across a board, and of a line: letters of 1.5 degrees on a board at arm's length. */
+/** Units across a board and of a line, in which it is drawn: letters of 1.5 degrees on a board at arm's length. */
 const ACROSS = 1024;
 const LINE = 74;
 const EDGE = 18;
@@ -39,8 +39,8 @@ export class Board {
   #height = 0;
   readonly #local = new Vector3();
 
-  /** @param width Of the board [m]. */
-  constructor(readonly width: number) {
+  /** @param width Of the board [m]. @param across Pixels of its texture; what is drawn often has few. */
+  constructor(readonly width: number, private readonly across = ACROSS) {
     this.#texture = new CanvasTexture(this.#canvas);
     // Seen through everything: one who rides along stands in walls at times.
     this.object = new Mesh(new PlaneGeometry(1, 1), new MeshBasicMaterial({ depthTest: false, depthWrite: false, transparent: true, toneMapped: false }));
@@ -81,26 +81,32 @@ export class Board {
     this.object.rotation.set(-Math.atan2(y, Math.hypot(x, z)), Math.atan2(x, z), 0, "YXZ");
   }
 
-  /** Return how far along a ray of the room it is met, undefined if it is not. */
-  meets(from: Vector3, direction: Vector3): number | undefined {
+  /** Return how far along a ray of the room it is met, infinite if it is not. */
+  meets(from: Vector3, direction: Vector3): number {
     const { position, quaternion, visible } = this.object;
     const normal = this.#local.set(0, 0, 1).applyQuaternion(quaternion);
     const slope = normal.dot(direction);
     const distance = (normal.dot(position) - normal.dot(from)) / slope;
     if (!visible || !(distance > 0 && distance < 10)) {
-      return undefined;
+      return Infinity;
     }
     this.#local.copy(direction).multiplyScalar(distance).add(from);
     this.#toBoard();
-    return Math.abs(this.#local.x) <= 0.5 && Math.abs(this.#local.y) <= 0.5 ? distance : undefined;
+    return Math.abs(this.#local.x) <= 0.5 && Math.abs(this.#local.y) <= 0.5 ? distance : Infinity;
   }
 
   /** Return the key at a point of the room. */
   keyAt(point: Vector3): Key | undefined {
     this.#local.copy(point);
     this.#toBoard();
-    const [x, y] = [(this.#local.x + 0.5) * ACROSS, (0.5 - this.#local.y) * this.#height];
-    return this.#places.find((key) => x >= key.x && x <= key.x + key.width && y >= key.y && y <= key.y + LINE - 8)?.key;
+    const x = (this.#local.x + 0.5) * ACROSS;
+    const y = (0.5 - this.#local.y) * this.#height;
+    for (const place of this.#places) {
+      if (x >= place.x && x <= place.x + place.width && y >= place.y && y <= place.y + LINE - 8) {
+        return place.key;
+      }
+    }
+    return undefined;
   }
 
   /** Return where a key is in the room, by its label. */
@@ -168,10 +174,15 @@ export class Board {
       return;
     }
     this.#height = height;
-    [this.#canvas.width, this.#canvas.height] = [ACROSS, height];
+    const scale = this.across / ACROSS;
+    [this.#canvas.width, this.#canvas.height] = [this.across, Math.round(height * scale)];
+    this.#canvas.getContext("2d")?.scale(scale, scale);
     this.#texture.dispose();
     this.#texture = new CanvasTexture(this.#canvas);
     this.#texture.colorSpace = SRGBColorSpace;
+    // About a pixel of the texture for one of the headset: smaller ones of it would only cost time.
+    this.#texture.generateMipmaps = false;
+    this.#texture.minFilter = LinearFilter;
     this.object.material.map = this.#texture;
     this.object.material.needsUpdate = true;
     this.object.scale.set(this.width, (this.width * height) / ACROSS, 1);

@@ -33,7 +33,8 @@ export class Buttons {
   /** @param turning Degrees of a turn; 0 turns smoothly. */
   frame(interval: number, driving: Side, other: Side, turning: number): void {
     const estop = driving.pressed(BUTTONS.upper) || other.pressed(BUTTONS.upper);
-    const [next, board] = [driving.pressed(BUTTONS.lower), other.pressed(BUTTONS.lower)];
+    const next = driving.pressed(BUTTONS.lower);
+    const board = other.pressed(BUTTONS.lower);
     if (estop && !this.#estop) {
       this.hooks.estop();
     }
@@ -43,9 +44,11 @@ export class Buttons {
     if (board && !this.#board) {
       this.hooks.board();
     }
-    [this.#estop, this.#next, this.#board] = [estop, next, board];
-    const [right, ahead] = other.stick;
-    this.#turn(interval, right, turning);
+    this.#estop = estop;
+    this.#next = next;
+    this.#board = board;
+    const ahead = -other.axis(1);
+    this.#turn(interval, other.axis(0), turning);
     if (this.aiming && ahead < LET_GO && other.present) {
       this.hooks.go();
     }

@@ -1,6 +1,6 @@
 /** The board of keys: for all hands, also those that hold nothing. */
 
-import type { Signal } from "@preact/signals";
+import type { ReadonlySignal, Signal } from "@preact/signals";
 import type { CameraFeed } from "../camera/camera_feed";
 import type { PhotoControl } from "../camera/photo_control";
 import type { Driving } from "../driving/driving";
@@ -36,6 +36,8 @@ export interface ControlParts {
   readonly stand: Signal<Stand>;
   /** The hand that drives. */
   readonly hand: Signal<"left" | "right">;
+  /** Name of its controller, if that cannot drive. */
+  readonly unusable: ReadonlySignal<string | undefined>;
   readonly turn: (sense: 1 | -1) => void;
   readonly leave: () => void;
 }
@@ -44,7 +46,9 @@ export interface ControlParts {
 export function controlRows(parts: ControlParts): Row[] {
   const { hand, stand } = parts;
   const other = hand.value === "right" ? "left" : "right";
+  const unusable = parts.unusable.value;
   return [
+    ...(unusable === undefined ? [] : [{ words: texts.unusable(unusable), bad: true }]),
     { keys: STANDS.map((each) => ({ label: texts.stands[each], on: stand.value === each, press: () => { stand.value = each; } })) },
     {
       keys: [

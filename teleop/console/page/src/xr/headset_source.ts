@@ -3,6 +3,7 @@
 import type { SourceName, SourceReading } from "../driving/drive_source";
 import { type GamepadMapping, MappingStore, STANDARD_MAPPING } from "../driving/gamepad_mapping";
 import { GamepadSource } from "../driving/gamepad_source";
+import type { Renewed } from "../values";
 import { BUTTONS, stickAxis, type Side } from "./inputs";
 
 /**
@@ -14,19 +15,30 @@ export const FRAMES_MISSING = 250;
 /** A controller as the browser lists gamepads. */
 type Pad = Pick<Gamepad, "id" | "index" | "connected" | "mapping" | "timestamp" | "axes" | "buttons">;
 
+const NAMES = { left: "headset left", right: "headset right" } as const;
+
+/** The controller of the newest frame, when that was [ms], and whether it was there; one object for good. */
+interface Shown {
+  there: boolean;
+  at: number;
+  readonly pads: readonly [Renewed<Pad>];
+}
+
 export class HeadsetSource extends GamepadSource {
   override readonly name: SourceName = "headset";
   /** Share of the gear's speed that the stick asks for at most. */
   cap = 1;
-  readonly #shown: { pad: Pad | undefined; at: number };
+  readonly #shown: Shown;
 
   /**
    * @param now The page's clock [ms].
    * @param lost Is called when the controller that drives is there no more.
    */
   constructor(private readonly now: () => number, lost: () => void) {
-    const shown: { pad: Pad | undefined; at: number } = { pad: undefined, at: -Infinity };
-    const list = (): Pad[] => (shown.pad !== undefined && now() - shown.at < FRAMES_MISSING ? [shown.pad] : []);
+    const shown: Shown = {
+      there: false, at: -Infinity, pads: [{ id: "", index: 0, connected: true, mapping: "", timestamp: 0, axes: [], buttons: [] }],
+    };
+    const list = (): readonly Pad[] => (shown.there && now() - shown.at < FRAMES_MISSING ? shown.pads : []);
     super({ getGamepads: list } as unknown as Navigator, new ControllerMapping(() => localStorage), {
       lost, estop: () => undefined, takeOver: () => undefined,
     });
@@ -35,17 +47,23 @@ export class HeadsetSource extends GamepadSource {
 
   /** Take over what the driving hand does in a frame. */
   frame(side: Side): void {
-    this.#shown.at = this.now();
     const { pad } = side;
-    this.#shown.pad = pad && {
-      id: `headset ${side.hand}`, index: 0, connected: true, mapping: pad.mapping, timestamp: this.#shown.at,
-      axes: pad.axes, buttons: pad.buttons,
-    };
+    const shown = this.#shown;
+    shown.at = this.now();
+    shown.there = pad !== undefined;
+    if (pad !== undefined) {
+      const kept = shown.pads[0];
+      kept.id = NAMES[side.hand];
+      kept.mapping = pad.mapping;
+      kept.timestamp = shown.at;
+      kept.axes = pad.axes;
+      kept.buttons = pad.buttons;
+    }
   }
 
   /** Count the controller as gone until the next frame. */
   clear(): void {
-    this.#shown.pad = undefined;
+    this.#shown.there = false;
   }
 
   override read(): SourceReading {

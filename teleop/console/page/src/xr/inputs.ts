@@ -4,6 +4,8 @@ import { Quaternion, Vector3 } from "three";
 
 /** Buttons and axes of the mapping "xr-standard" (W3C, WebXR Gamepads Module); those from 4 on are the face buttons. */
 export const BUTTONS = { trigger: 0, squeeze: 1, stick: 3, lower: 4, upper: 5 } as const;
+/** All headsets that are driven with give it; what another one means is known by its model alone, and refused. */
+const STANDARD = "xr-standard";
 
 /** Where something is in the operator's room. */
 export interface Placed {
@@ -24,10 +26,18 @@ export class Side implements Placed {
 
   constructor(readonly hand: "left" | "right") {}
 
-  /** The controller's buttons and sticks; undefined for an empty hand, whose only button is a pinch. */
+  /** The controller's buttons and sticks, if it is known which is which; undefined for an empty hand, whose only button is a pinch. */
   get pad(): Gamepad | undefined {
     const { source, present } = this;
-    return present && source !== undefined && !source.hand ? source.gamepad : undefined;
+    return present && !source?.hand && source?.gamepad?.mapping === STANDARD ? source.gamepad : undefined;
+  }
+
+  /** Name of a controller that has buttons and cannot drive: nothing says which they are, or there is no grip to hold. */
+  get unusable(): string | undefined {
+    const { source, present } = this;
+    const pad = present && source?.targetRayMode === "tracked-pointer" && !source.hand ? source.gamepad : undefined;
+    const usable = pad === undefined || (pad.mapping === STANDARD && pad.buttons.length > BUTTONS.squeeze && pad.axes.length >= 2);
+    return usable ? undefined : source?.profiles[0] ?? "";
   }
 
   pressed(button: number): boolean {
@@ -39,11 +49,10 @@ export class Side implements Placed {
     return this.present ? this.source?.gamepad?.buttons[BUTTONS.trigger]?.value ?? 0 : 0;
   }
 
-  /** Deflection of the stick, or of a pad in its place: right and ahead, -1 to 1. */
-  get stick(): readonly [right: number, ahead: number] {
-    const axes = this.pad?.axes ?? [];
-    const first = stickAxis(axes);
-    return [axes[first] ?? 0, -(axes[first + 1] ?? 0)];
+  /** Deflection of the stick, or of a pad in its place, -1 to 1: 0 to the right, 1 backwards. */
+  axis(which: 0 | 1): number {
+    const axes = this.pad?.axes;
+    return axes === undefined ? 0 : axes[stickAxis(axes) + which] ?? 0;
   }
 
   /** Let the person feel something: strength 0 to 1, for so many ms. */
@@ -73,13 +82,17 @@ export class Inputs {
 
   /** Renew both hands. */
   update(frame: XRFrame, space: XRReferenceSpace): void {
-    let [left, right] = [undefined as XRInputSource | undefined, undefined as XRInputSource | undefined];
-    for (const source of frame.session.inputSources) {
+    const { inputSources } = frame.session;
+    this.left.source = this.right.source = undefined;
+    for (let at = 0; at < inputSources.length; at += 1) {
+      const source = inputSources[at];
       // A gaze or a pinch that belongs to no hand is the right one's, unless there is a right one.
-      left = source.handedness === "left" ? source : left;
-      right = source.handedness === "right" ? source : source.handedness === "none" ? right ?? source : right;
+      if (source?.handedness === "left") {
+        this.left.source = source;
+      } else if (source?.handedness === "right" || this.right.source === undefined) {
+        this.right.source = source;
+      }
     }
-    [this.left.source, this.right.source] = [left, right];
     renew(this.left, frame, space);
     renew(this.right, frame, space);
   }

@@ -26,7 +26,7 @@ import { captionRows, wristRows } from "./wrist";
 
 /** How often what is told on the wrist is renewed [ms]. */
 const TOLD = 200;
-export interface RoomParts extends Omit<ControlParts, "comfort" | "sizes" | "stand" | "hand" | "turn"> {
+export interface RoomParts extends Omit<ControlParts, "comfort" | "sizes" | "stand" | "hand" | "turn" | "unusable"> {
   readonly immersion: Immersion;
   readonly statistics: LinkStatisticsSignal;
   readonly alarms: Pick<Alarms, "active">;
@@ -39,7 +39,7 @@ export class OperatorRoom {
   readonly arm = new ArmHand();
   readonly stand = signal<Stand>("free");
   readonly controls = new Board(0.7);
-  readonly wrist = new Board(0.26);
+  readonly wrist = new Board(0.26, 640);
   readonly camera = new CameraBoard();
   readonly vignette = new Vignette();
   readonly #comfort = comfortSettings();
@@ -54,6 +54,7 @@ export class OperatorRoom {
   readonly #sizes = signal<StepSizes>({
     distance: DISTANCE.presets.indexOf(DISTANCE.initial), angle: ANGLE.presets.indexOf(ANGLE.initial),
   });
+  readonly #unusable = signal<string | undefined>(undefined);
   readonly #place: Place;
   readonly #rays: readonly [Ray, Ray];
   readonly #landing = new Mesh(new RingGeometry(0.18, 0.25, 32), new MeshBasicMaterial({ depthTest: false, transparent: true }));
@@ -65,10 +66,10 @@ export class OperatorRoom {
   #begins = true;
   #recentre = false;
   #facing = true;
-  #toldAt = -Infinity;
   #hinting: Ray | undefined;
   /** From one frame to the next, and from a head's pose to its picture [ms]. */
-  #clock = { interval: 0, display: undefined as number | undefined };
+  readonly #clock = { interval: 0, display: undefined as number | undefined };
+  readonly #standing = { scale: 1, ground: true };
 
   constructor(private readonly parts: RoomParts) {
     const { immersion } = parts;
@@ -102,12 +103,15 @@ export class OperatorRoom {
       effect(() => {
         const colours = COLOURS[this.parts.theme.value];
         this.controls.show(controlRows({
-          ...this.parts, comfort: this.#comfort, sizes: this.#sizes, stand: this.stand, hand: this.#hand,
+          ...this.parts, comfort: this.#comfort, sizes: this.#sizes, stand: this.stand, hand: this.#hand, unusable: this.#unusable,
           turn: (sense) => { this.#snap(sense); },
         }), colours);
       }),
       effect(() => { this.#stand(this.stand.value); }),
     );
+    this.#tell();
+    const telling = setInterval(() => { this.#tell(); }, TOLD);
+    this.#undo.push(() => { clearInterval(telling); });
   }
 
   end(): void {
@@ -138,16 +142,19 @@ export class OperatorRoom {
       this.#settle();
     }
     this.inputs.update(xr, space);
+    const { driving, other } = this;
     source.cap = this.#cap();
-    source.frame(this.driving);
-    this.arm.frame(this.other, arm);
-    this.#buttons.frame(interval, this.driving, this.other, this.#comfort.peek().turning);
+    source.frame(driving);
+    this.#unusable.value = driving.unusable;
+    this.arm.frame(other, arm);
+    this.#buttons.frame(interval, driving, other, this.#comfort.peek().turning);
     this.#place.update(interval, this.#comfort.peek());
     this.#point();
-    this.#tell(now);
     const { speed, turnRate } = this.#place;
     this.vignette.update(interval, this.#ground ? this.#comfort.peek().vignette : 0, speed, turnRate);
-    return { scale: this.#place.scale, ground: this.#ground };
+    this.#standing.scale = this.#place.scale;
+    this.#standing.ground = this.#ground;
+    return this.#standing;
   }
 
   /** A trigger is pulled, or a pinch begins. */
@@ -225,7 +232,7 @@ export class OperatorRoom {
 
   /** Return the middle of the building, on its floor. */
   #middleOf(): Vector3 {
-    const { bounds, floor } = this.parts.immersion.plan;
+    const { bounds, floor } = this.parts.immersion;
     const { min, max } = bounds ?? { min: { x: 0, y: 0 }, max: { x: 0, y: 0 } };
     return new Vector3((min.x + max.x) / 2, (min.y + max.y) / 2, floor);
   }
@@ -249,10 +256,11 @@ export class OperatorRoom {
   }
 
   #point(): void {
-    const { room, plan } = this.parts.immersion;
+    const { room, floor } = this.parts.immersion;
+    const { other } = this;
     for (const ray of this.#rays) {
-      ray.update(this.#boards, room, plan.floor, this.#head);
-      if (ray.side === this.other) {
+      ray.update(this.#boards, room, floor, this.#head);
+      if (ray.side === other) {
         this.#landing.visible = this.#buttons.aiming && ray.onFloor;
         this.#landing.position.copy(ray.floor);
       }
@@ -261,7 +269,6 @@ export class OperatorRoom {
     if (this.#hinting?.onFloor === true) {
       this.parts.hint.nudge({ type: "drag", point: { x: this.#hinting.floor.x, y: this.#hinting.floor.y } });
     }
-    const { other } = this;
     this.wrist.object.visible = other.present;
     if (other.present) {
       this.wrist.object.position.copy(other.position).y += 0.12;
@@ -269,12 +276,10 @@ export class OperatorRoom {
     }
   }
 
-  #tell(now: number): void {
-    if (now - this.#toldAt < TOLD) {
-      return;
-    }
-    this.#toldAt = now;
+  /** Renew what is told: between the frames, for drawing words takes longer than all else. */
+  #tell(): void {
     const { parts } = this;
+    const now = parts.now();
     const colours = COLOURS[parts.theme.peek()];
     const told = { ...parts, alarms: parts.alarms.active.peek() };
     this.wrist.show([...wristRows(told, this.#clock, now), ...(this.#ground ? [] : [{ words: texts.putTable }])], colours);

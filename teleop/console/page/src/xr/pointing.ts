@@ -25,6 +25,8 @@ export class Ray {
   readonly #dot = new Mesh(new SphereGeometry(0.008, 12, 8), new MeshBasicMaterial({ depthTest: false, transparent: true }));
   readonly #direction = new Vector3();
   readonly #point = new Vector3();
+  readonly #from = new Vector3();
+  #length = LONG;
   #held: { board: Board; distance: number } | undefined;
 
   constructor(readonly side: Side) {
@@ -56,8 +58,8 @@ export class Ray {
     }
     this.#direction.set(0, 0, -1).applyQuaternion(ray.turn);
     this.#carry(ray, head);
-    const { board, distance = LONG } = this.#nearest(boards);
-    let length = distance;
+    const board = this.#nearest(boards);
+    let length = this.#length;
     this.#point.copy(this.#direction).multiplyScalar(length).add(ray.position);
     const key = board?.keyAt(this.#point);
     if (board !== this.target.board || key !== this.target.key) {
@@ -96,12 +98,15 @@ export class Ray {
     }
   }
 
-  #nearest(boards: readonly Board[]): { readonly board?: Board; readonly distance?: number } {
-    let nearest: { board?: Board; distance?: number } = {};
+  /** Return the nearest board that is met, and note how far it is. */
+  #nearest(boards: readonly Board[]): Board | undefined {
+    let nearest: Board | undefined;
+    this.#length = LONG;
     for (const board of boards) {
       const distance = board.meets(this.side.ray.position, this.#direction);
-      if (distance !== undefined && distance < (nearest.distance ?? LONG)) {
-        nearest = { board, distance };
+      if (distance < this.#length) {
+        nearest = board;
+        this.#length = distance;
       }
     }
     return nearest;
@@ -109,13 +114,12 @@ export class Ray {
 
   /** Look where on the floor it points; return how far that is. */
   #meetFloor(room: Group, floor: number): number {
-    const from = room.localToWorld(this.#point.copy(this.side.ray.position));
-    const [fx, fy, fz] = [from.x, from.y, from.z];
+    const from = room.localToWorld(this.#from.copy(this.side.ray.position));
     const to = room.localToWorld(this.#point.copy(this.side.ray.position).add(this.#direction));
-    const length = (floor - fz) / (to.z - fz);
+    const length = (floor - from.z) / (to.z - from.z);
     this.onFloor = Number.isFinite(length) && length > 0 && length < FARTHEST;
     if (this.onFloor) {
-      this.floor.set(fx + length * (to.x - fx), fy + length * (to.y - fy), floor);
+      this.floor.lerpVectors(from, to, length).setZ(floor);
       room.worldToLocal(this.#point.copy(this.floor));
     }
     return this.onFloor ? this.#point.distanceTo(this.side.ray.position) : LONG;

@@ -4,6 +4,7 @@ import { signal, type ReadonlySignal } from "@preact/signals";
 import type { Arm } from "../arm/arm";
 import type { Joined } from "../driving/driving_environment";
 import type { Loss } from "../driving/page_watch";
+import type { Standing } from "../scene/immersion";
 import { FRAMES_MISSING, HeadsetSource } from "./headset_source";
 import { OperatorRoom, type RoomParts } from "./operator_room";
 
@@ -12,6 +13,8 @@ export type Mode = (typeof MODES)[number];
 
 /** How often it is seen to that frames come [ms]. */
 const WATCH = 50;
+/** How one stands in a frame that nobody sees. */
+const AS_BEFORE: Standing = { scale: 1, ground: true };
 
 export interface HeadsetParts extends Omit<RoomParts, "leave"> {
   readonly arm: ReadonlySignal<{ readonly arm: Arm } | undefined>;
@@ -118,11 +121,11 @@ export class Headset {
     this.#mode.value = mode;
   }
 
-  #frame(interval: number, frame: XRFrame): { scale: number; ground: boolean } {
+  #frame(interval: number, frame: XRFrame): Standing {
     const { immersion, arm } = this.parts;
     const space = immersion.space;
     if (space === null || frame.session.visibilityState !== "visible") {
-      return { scale: 1, ground: true };
+      return AS_BEFORE;
     }
     this.#frameAt = this.parts.now();
     this.#gone = false;
@@ -135,7 +138,7 @@ export class Headset {
     this.#gone = true;
     this.#source.clear();
     this.room.inputs.clear();
-    this.parts.arm.peek()?.arm.hold.end("headset");
+    this.room.arm.lose(this.parts.arm.peek()?.arm);
     this.#joined?.lose(loss);
   }
 

@@ -97,7 +97,7 @@ describe.each(Object.entries(INPUTS))("driving by %s", (_, input) => {
     page.wait(500);
     page.reachable = false;
     page.wait(100);
-    expect(page.driving.stoppedBecause.value?.words).toMatch(/could not be sent/);
+    expect(page.driving.stoppedBecause.value?.words).toMatch(/took no command/);
     page.reachable = true;
     const count = page.joys.length;
     page.wait(1000);
