@@ -20,9 +20,12 @@ WRONG = 0.5
 """An estimate farther off than this is wrong [m]."""
 GOOD = 0.15
 """An estimate nearer than this deserves the state ``tracking`` [m]."""
+RIGHT = 0.25
+"""An estimate nearer than this is right [m]."""
 REFERENCE = np.diag(np.square([0.03, 0.03, 0.0, 0.0, 0.0, np.deg2rad(0.5)]))
 """Covariance of the corrected poses themselves [m^2, rad^2]: their relations are off by 2 to 4 cm."""
 _BOUND = float(chi2.ppf(0.95, 2))
+_CALM = (Health.TRACKING, Health.DEGRADED)
 TRUSTED = (Health.TRACKING, Health.DEGRADED, Health.SLIPPING)
 """States in which an application relies on the estimate."""
 
@@ -68,6 +71,7 @@ class RealScore:
         max: largest position error at these.
         trusted: share of the scans at which the estimate is wrong in a state that means trust.
         tracking: share of the state ``tracking`` among scans with an error below ``GOOD``.
+        calm: share of the states ``tracking`` and ``degraded`` among scans with an error below ``RIGHT``.
         states: share of the scans by state.
         nees: mean NEES(3) of x, y and yaw where the estimate is not wrong, with the error of the references
             themselves; 3 is consistent.
@@ -90,6 +94,7 @@ class RealScore:
     max: float
     trusted: float
     tracking: float
+    calm: float
     states: Mapping[Health, float]
     nees: float
     relations: int
@@ -199,6 +204,7 @@ def score_real(drive: RealDrive, found: Sequence[Answer]) -> RealScore:
         tracking=np.nan
         if health is None or not near.any()
         else float((health[near] == Health.TRACKING).mean()),
+        calm=np.nan if health is None else _share_of(health[far < RIGHT], _CALM),
         states={}
         if health is None
         else {state: float((health == state).mean()) for state in Health},
@@ -209,6 +215,10 @@ def score_real(drive: RealDrive, found: Sequence[Answer]) -> RealScore:
         covered=float(np.mean(covered)) if covered else np.nan,
         cpu=(float(np.median(cpu)), float(np.percentile(cpu, 99)), float(cpu.max())),
     )
+
+
+def _share_of(health: np.typing.NDArray[np.object_], states: Sequence[Health]) -> float:
+    return float(np.isin(health, states).mean()) if len(health) else np.nan
 
 
 def _quantile_bounds(values: Sequence[float], share: float) -> tuple[float, float]:
