@@ -47,6 +47,7 @@ from localization.types import (
     Pose,
     Reading,
     Scan,
+    Verdict,
     WheelSpeeds,
 )
 
@@ -337,6 +338,9 @@ def _searched(state: State, r: Resources) -> tuple[State, Events]:
             state.search, state.stamp, state.odom_from_base, state.current
         )
     state = state._replace(search=search)
+    if any(answer.verdict is Verdict.AMBIGUOUS for answer in answers):
+        # An operator doubts the pose: the motion that led to it rules out no place.
+        state = state._replace(health=state.health.unwitnessed())
     if placement is None:
         return state, answers
     state, events = _placed(state, placement, r)
