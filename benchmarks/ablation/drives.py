@@ -56,11 +56,11 @@ EXCERPTS = (
 the motion, and a pause of 3 s in which the robot turns; and whole logs that no setting was chosen by."""
 KIDNAPPED = ("fr079", "csail")
 """Logs on which robots are carried off ..."""
-KIDNAPS = 12
+KIDNAPS = 8
 """... so many on each."""
 PUT_WRONG = (("office", 71), ("building-701-400", 72))
 """Scenes, with the seeds of the drives, in which estimates are put wrong ..."""
-TRIALS = 36
+TRIALS = 24
 """... so many in each."""
 SAID = 2.0
 """A kidnap should be said within this time [s]."""

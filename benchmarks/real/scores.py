@@ -59,7 +59,7 @@ class RealScore:
     What needs a state or a covariance is NaN for a method that reports none.
 
     Attributes:
-        n: scans.
+        n: scans; shares of errors count those with a corrected pose.
         placed_after: scans until the start's hint was answered by a pose.
         wrong: share of the scans after that at which the error exceeds ``WRONG``.
         excursions: how often the error passed ``WRONG``.
@@ -182,6 +182,8 @@ def score_real(drive: RealDrive, found: Sequence[Answer]) -> RealScore:
     far = errors_of(drive, found)
     told = [a.health for a in found[: len(far)]]
     health = None if None in told else np.array(told)
+    known = drive.corrected[: len(far)]
+    far = np.where(known, far, np.nan)
     placed = next((i for i, a in enumerate(found) if a.map_from_scanner is not None), 0)
     wrong, near = (far > WRONG) & (np.arange(len(far)) >= placed), far < GOOD
     failed = np.flatnonzero(wrong[placed:])
@@ -192,15 +194,17 @@ def score_real(drive: RealDrive, found: Sequence[Answer]) -> RealScore:
     return RealScore(
         n=len(far),
         placed_after=placed,
-        wrong=float(wrong[placed:].mean()),
-        excursions=int(np.sum(wrong[1:] & ~wrong[:-1])),
+        wrong=float(wrong[placed:][known[placed:]].mean()) if known[placed:].any() else np.nan,
+        excursions=int(np.sum(wrong[known][1:] & ~wrong[known][:-1])),
         fails_after=float(fails),
         references=len(held),
         mean=float(np.mean(held)) if held else np.nan,
         p95=float(np.percentile(held, 95)) if held else np.nan,
         p95_bounds=_quantile_bounds(held, 0.95) if held else (np.nan, np.nan),
         max=max(held, default=np.nan),
-        trusted=np.nan if health is None else float((wrong & np.isin(health, TRUSTED)).mean()),
+        trusted=np.nan
+        if health is None
+        else float((wrong & np.isin(health, TRUSTED))[known].mean()),
         tracking=np.nan
         if health is None or not near.any()
         else float((health[near] == Health.TRACKING).mean()),
