@@ -15,6 +15,8 @@ import numpy as np
 from benchmarks.ablation.mechanisms import Change
 from benchmarks.ablation.mirror_log import MirrorDrive, mirror_drive, run_mirror
 from benchmarks.common.figures import Figure
+from benchmarks.localization.lost import lost_trials
+from benchmarks.real.kidnaps import kidnap, pairs
 from benchmarks.real.logs import Excerpt, RealDrive, real_drive
 from benchmarks.real.scores import run_real
 from benchmarks.replay.recordings import Recording, map_of, record, world_of
@@ -46,9 +48,22 @@ EXCERPTS = (
     Excerpt("intel", 1820.0, 1900.0),
     Excerpt("fr079", 150.0, 225.0),
     Excerpt("aces", 525.0, 630.0),
+    Excerpt("fr101"),
+    Excerpt("seattle"),
+    Excerpt("csail"),
 )
 """Stretches of real logs that hold what is hard about them: a logger that stalls, wheels that turn against
-the motion, and a pause of 3 s in which the robot turns."""
+the motion, and a pause of 3 s in which the robot turns; and whole logs that no setting was chosen by."""
+KIDNAPPED = ("fr079", "csail")
+"""Logs on which robots are carried off ..."""
+KIDNAPS = 8
+"""... so many on each."""
+PUT_WRONG = (("office", 71), ("building-701-400", 72))
+"""Scenes, with the seeds of the drives, in which estimates are put wrong ..."""
+TRIALS = 24
+"""... so many in each."""
+SAID = 2.0
+"""A kidnap should be said within this time [s]."""
 WRONG = 0.5
 """An estimate farther off than this is wrong [m]."""
 _SCANNERS = ("laser_horizontal", "laser_vertical")
@@ -171,7 +186,55 @@ class Real:
         yield Figure(case, name, "p95", s.p95 * 100.0, "cm", s.references)
         yield Figure(case, name, "relations", s.relation * 100.0, "cm", s.relations)
         yield Figure(case, name, "trusted though wrong", s.trusted * 100.0, "%", s.n)
+        yield Figure(case, name, "calm", s.calm * 100.0, "%", s.n)
         yield Figure(case, name, "NEES(3), p50", s.nees, "", s.references)
+
+
+@dataclass(frozen=True, slots=True)
+class Kidnaps:
+    """Robots carried off on a real log."""
+
+    folder: Path
+    name: str
+
+    def __call__(self, change: Change, name: str) -> Iterator[Figure]:
+        """Carry them off and yield the figures."""
+        drive = _loaded(self.folder, Excerpt(self.name))
+        config = change(LocalizerConfig.of(drive.log.sensors))
+        told = [kidnap(drive, config, *pair) for pair in pairs(drive, count=KIDNAPS, seed=5)]
+        known, case, n = [k for k in told if not k.doubted], f"kidnaps, {self.name}", len(told)
+        yield Figure(case, name, "ready", float(len(known)), "", n)
+        yield Figure(case, name, "said", float(sum(k.alarm <= SAID for k in known)), "", n)
+        yield Figure(
+            case, name, "recovered", float(sum(np.isfinite(k.recovery) for k in known)), "", n
+        )
+        yield Figure(case, name, "misled", sum(k.misled for k in told), "s", n)
+        yield Figure(case, name, "false alarms", float(sum(k.false_alarms for k in told)), "", n)
+
+
+@dataclass(frozen=True, slots=True)
+class PutWrong:
+    """Estimates that are put wrong in a scene."""
+
+    scene: str
+    seed: int
+
+    def __call__(self, change: Change, name: str) -> Iterator[Figure]:
+        """Put them wrong and yield the figures."""
+        drive, case = _plain(self.scene, self.seed), f"put wrong, {self.scene}"
+        config = change(LocalizerConfig())
+        told = list(lost_trials(drive, map_of(self.scene), count=TRIALS, seed=5, config=config))
+        wrong = [t for t in told if t.wrong]
+        yield Figure(case, name, "ever wrong", float(len(wrong)), "", TRIALS)
+        yield Figure(case, name, "said", float(sum(t.flagged for t in wrong)), "", TRIALS)
+        yield Figure(
+            case,
+            name,
+            "trusted though wrong",
+            max((t.sure for t in wrong), default=0.0),
+            "s",
+            TRIALS,
+        )
 
 
 @cache
@@ -207,6 +270,8 @@ def drives(real: Path | None = None, mirror: Path | None = None) -> dict[str, Dr
         mirror: folder of the mirror log; left out if None.
     """
     found: dict[str, Drive] = {}
+    for place, drive in PUT_WRONG:
+        found[f"put wrong, {place}"] = PutWrong(place, drive)
     for scene, seed, rearranged in SCENES:
         found[scene] = Simulated(scene, scene, partial(_nominal, scene, seed))
         case = f"{scene}, stressed"
@@ -221,6 +286,7 @@ def drives(real: Path | None = None, mirror: Path | None = None) -> dict[str, Dr
         found[case] = Simulated(case, scene, partial(make, scene, seed))
     if real is not None:
         found |= {e.case: Real(real, e) for e in EXCERPTS}
+        found |= {f"kidnaps, {log}": Kidnaps(real, log) for log in KIDNAPPED}
     if mirror is not None:
         found["mirror"] = Mirror(mirror)
     return found

@@ -149,9 +149,13 @@ def _recovered(drive: RealDrive, first: int, after: Sequence[Answer]) -> float:
 
 
 def _misled(drive: RealDrive, first: int, after: Sequence[Answer]) -> float:
-    """Return the time in which a pose that is not right is trusted [s]; answers begin with scan ``first``."""
+    """Return the time in which a pose that is not right is trusted [s]; answers begin with scan ``first``.
+
+    Each answer counts until the next one of a scan with a corrected pose; others have no truth of their own.
+    """
+    known = [(i, a) for i, a in enumerate(after, first) if drive.corrected[i]]
     return sum(
         (there.stamp - here.stamp) / SECOND
-        for i, (here, there) in enumerate(pairwise(after))
-        if here.health in TRUSTED and not right(drive, here, first + i)
+        for (i, here), (_, there) in pairwise(known)
+        if here.health in TRUSTED and not right(drive, here, i)
     )

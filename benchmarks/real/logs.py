@@ -18,6 +18,7 @@ from benchmarks.real.log_maps import map_of_scans
 from benchmarks.real.log_tracks import bridge, odometry_at_scans
 from localization.errors import LocalizationError
 from localization.geometry import FloatArray
+from localization.matching.scan_consistency import BoolArray
 from localization.logs.carmen_lines import SCANNER
 from localization.logs.carmen_log import CarmenLog
 from localization.maps.prepared_map import PreparedMap
@@ -77,6 +78,8 @@ class RealDrive:
     """(S, 2) position of the scanner at each scan, corrected poses bridged by odometry [m]."""
     heading: FloatArray
     """(S,) heading of the scanner at each scan, bridged in the same way [rad]."""
+    corrected: BoolArray
+    """(S,) whether the scan has a corrected pose of its own; what is bridged may be as wrong as the wheels."""
     reference: dict[int, Pose]
     """``map_from_scanner`` of odd corrected scans by the number of the scan within the excerpt."""
     relations: FloatArray
@@ -131,6 +134,7 @@ def real_drive(folder: Path, excerpt: Excerpt) -> RealDrive:
         printed[first : last + 1],
         track[:, :2],
         track[:, 2],
+        np.isin(np.arange(len(track)), list(poses)),
         {i - first: corrected[truth[i]][1] for i in known if truth[i] % 2},
         _relations(relations, printed, first, last) if relations.exists() else np.zeros((0, 5)),
     )

@@ -20,9 +20,12 @@ WRONG = 0.5
 """An estimate farther off than this is wrong [m]."""
 GOOD = 0.15
 """An estimate nearer than this deserves the state ``tracking`` [m]."""
+RIGHT = 0.25
+"""An estimate nearer than this is right [m]."""
 REFERENCE = np.diag(np.square([0.03, 0.03, 0.0, 0.0, 0.0, np.deg2rad(0.5)]))
 """Covariance of the corrected poses themselves [m^2, rad^2]: their relations are off by 2 to 4 cm."""
 _BOUND = float(chi2.ppf(0.95, 2))
+_CALM = (Health.TRACKING, Health.DEGRADED)
 TRUSTED = (Health.TRACKING, Health.DEGRADED, Health.SLIPPING)
 """States in which an application relies on the estimate."""
 
@@ -56,7 +59,7 @@ class RealScore:
     What needs a state or a covariance is NaN for a method that reports none.
 
     Attributes:
-        n: scans.
+        n: scans; shares of errors count those with a corrected pose.
         placed_after: scans until the start's hint was answered by a pose.
         wrong: share of the scans after that at which the error exceeds ``WRONG``.
         excursions: how often the error passed ``WRONG``.
@@ -68,6 +71,7 @@ class RealScore:
         max: largest position error at these.
         trusted: share of the scans at which the estimate is wrong in a state that means trust.
         tracking: share of the state ``tracking`` among scans with an error below ``GOOD``.
+        calm: share of the states ``tracking`` and ``degraded`` among scans with an error below ``RIGHT``.
         states: share of the scans by state.
         nees: mean NEES(3) of x, y and yaw where the estimate is not wrong, with the error of the references
             themselves; 3 is consistent.
@@ -90,6 +94,7 @@ class RealScore:
     max: float
     trusted: float
     tracking: float
+    calm: float
     states: Mapping[Health, float]
     nees: float
     relations: int
@@ -177,6 +182,8 @@ def score_real(drive: RealDrive, found: Sequence[Answer]) -> RealScore:
     far = errors_of(drive, found)
     told = [a.health for a in found[: len(far)]]
     health = None if None in told else np.array(told)
+    known = drive.corrected[: len(far)]
+    far = np.where(known, far, np.nan)
     placed = next((i for i, a in enumerate(found) if a.map_from_scanner is not None), 0)
     wrong, near = (far > WRONG) & (np.arange(len(far)) >= placed), far < GOOD
     failed = np.flatnonzero(wrong[placed:])
@@ -187,18 +194,21 @@ def score_real(drive: RealDrive, found: Sequence[Answer]) -> RealScore:
     return RealScore(
         n=len(far),
         placed_after=placed,
-        wrong=float(wrong[placed:].mean()),
-        excursions=int(np.sum(wrong[1:] & ~wrong[:-1])),
+        wrong=float(wrong[placed:][known[placed:]].mean()) if known[placed:].any() else np.nan,
+        excursions=int(np.sum(wrong[known][1:] & ~wrong[known][:-1])),
         fails_after=float(fails),
         references=len(held),
         mean=float(np.mean(held)) if held else np.nan,
         p95=float(np.percentile(held, 95)) if held else np.nan,
         p95_bounds=_quantile_bounds(held, 0.95) if held else (np.nan, np.nan),
         max=max(held, default=np.nan),
-        trusted=np.nan if health is None else float((wrong & np.isin(health, TRUSTED)).mean()),
+        trusted=np.nan
+        if health is None
+        else float((wrong & np.isin(health, TRUSTED))[known].mean()),
         tracking=np.nan
         if health is None or not near.any()
         else float((health[near] == Health.TRACKING).mean()),
+        calm=np.nan if health is None else _share_of(health[far < RIGHT], _CALM),
         states={}
         if health is None
         else {state: float((health == state).mean()) for state in Health},
@@ -209,6 +219,10 @@ def score_real(drive: RealDrive, found: Sequence[Answer]) -> RealScore:
         covered=float(np.mean(covered)) if covered else np.nan,
         cpu=(float(np.median(cpu)), float(np.percentile(cpu, 99)), float(cpu.max())),
     )
+
+
+def _share_of(health: np.typing.NDArray[np.object_], states: Sequence[Health]) -> float:
+    return float(np.isin(health, states).mean()) if len(health) else np.nan
 
 
 def _quantile_bounds(values: Sequence[float], share: float) -> tuple[float, float]:

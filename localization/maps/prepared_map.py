@@ -65,6 +65,16 @@ class PreparedMap:
             low[0] - margin <= x <= high[0] + margin and low[1] - margin <= y <= high[1] + margin
         )
 
+    def cut_below(self, points: FloatArray) -> npt.NDArray[np.bool_]:
+        """Return which points (N, 3) lie above all that is mapped: of them a map that was cut there says nothing."""
+        above: npt.NDArray[np.bool_] = points[:, 2] > self.cloud.bounds[1][2] + _ABOVE
+        return above
+
+
+_ABOVE = 0.3
+"""Height above the highest point of a map from which on it is taken to have been cut [m]: three times the distance within
+which a point is explained."""
+
 
 def prepare(
     cloud: Cloud, *, cell: float = 0.05, reach: float = 0.4, cache: Path | None = None

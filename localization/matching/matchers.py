@@ -105,14 +105,14 @@ def match_at(
         directions: (k, 6) observable directions, as in ``Match``.
         inlier_distance: a point nearer to its plane than this counts as explained [m].
     """
-    distances = residuals(sweep, world, pose).distance
+    seen = residuals(sweep, world, pose)
+    distances = seen.distance
     distances.flags.writeable = False
-    explained = np.abs(np.nan_to_num(distances, nan=np.inf)) < inlier_distance
     return Match(
         stamp=sweep.stamp,
         map_from_base=pose,
         information=information,
         observable_directions=directions,
         distances=distances,
-        inlier_ratio=float(explained.mean()) if len(explained) else 0.0,
+        inlier_ratio=seen.share_explained(inlier_distance),
     )

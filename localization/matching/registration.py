@@ -94,11 +94,20 @@ class Residuals:
     not upright. None unless the map is rough."""
     along_jacobian: FloatArray | None = None
     """(N, 6) derivative of ``along``."""
+    beyond: np.typing.NDArray[np.bool_] | None = None
+    """(N,) whether the point lies above all that is mapped: a map that was cut there says nothing of it."""
 
     @property
     def valid(self) -> np.typing.NDArray[np.bool_]:
         """(N,) whether the point has a plane to be compared with."""
         return np.isfinite(self.distance)
+
+    def share_explained(self, within: float) -> float:
+        """Return the share of the points on what is mapped that lie so near to it [m]; 0 without any."""
+        explained = np.abs(np.nan_to_num(self.distance, nan=np.inf)) < within
+        if self.beyond is not None:
+            explained = explained[~self.beyond]
+        return float(explained.mean()) if len(explained) else 0.0
 
 
 def residuals(
@@ -141,15 +150,16 @@ def residuals(
     distance = np.einsum("ij,ij->i", normals, offset)
     distance[culled] = np.nan
     jacobian = _jacobian(arms, normals, rotation)
+    beyond = world.cut_below(points)
     if not rough:
-        return Residuals(distance, jacobian, index)
+        return Residuals(distance, jacobian, index, beyond=beyond)
     level = np.hypot(normals[:, 0], normals[:, 1])
     upright = level > _UPRIGHT
     tangent = np.zeros_like(normals)
     np.divide(-normals[:, 1], level, out=tangent[:, 0], where=upright)
     np.divide(normals[:, 0], level, out=tangent[:, 1], where=upright)
     along = np.einsum("ij,ij->i", tangent, offset)
-    return Residuals(distance, jacobian, index, along, _jacobian(arms, tangent, rotation))
+    return Residuals(distance, jacobian, index, along, _jacobian(arms, tangent, rotation), beyond)
 
 
 _UPRIGHT = 0.8
@@ -337,7 +347,7 @@ def _conclude(
         information=information,
         observable_directions=directions,
         distances=distances,
-        inlier_ratio=_share_explained(seen, config),
+        inlier_ratio=seen.share_explained(config.inlier_distance),
     )
 
 
@@ -364,12 +374,8 @@ def share_explained(
 ) -> float:
     """Return the share of a sweep that a map explains at a pose, in [0, 1]: a match's ``inlier_ratio`` there."""
     rough = world.noise.normal > config.rough
-    return _share_explained(_seen(sweep, world, map_from_base, config, rough=rough), config)
-
-
-def _share_explained(seen: Residuals, config: RegistrationConfig) -> float:
-    explained = seen.valid & (np.abs(np.nan_to_num(seen.distance)) < config.inlier_distance)
-    return float(explained.mean()) if len(explained) else 0.0
+    seen = _seen(sweep, world, map_from_base, config, rough=rough)
+    return seen.share_explained(config.inlier_distance)
 
 
 def _information_of_normal_noise(

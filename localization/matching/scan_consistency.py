@@ -71,18 +71,19 @@ class BeamClassifier:
     def classify(
         self, sweep: Sweep, map_from_base: Pose, distances: FloatArray
     ) -> ScanConsistency | None:
-        """Return how a sweep agrees with the map; None without any return.
+        """Return how a sweep agrees with the map; None without any return below where the map was cut.
 
         Args:
             sweep: points in ``base_link``.
             map_from_base: the estimate.
             distances: (N,) distances of the points to the map there, as in ``Match`` [m].
         """
-        count = len(distances)
+        cut = self._world.cut_below(map_from_base.apply(sweep.points))
+        count = int((~cut).sum())
         if not count:
             return None
         inlier = np.abs(np.nan_to_num(distances, nan=np.inf)) < self._inlier
-        odd = np.flatnonzero(~inlier)
+        odd = np.flatnonzero(~inlier & ~cut)
         share = len(odd) / count
         if not len(odd):
             return ScanConsistency(share, 0.0, 0.0, 0.0)

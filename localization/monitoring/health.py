@@ -304,7 +304,7 @@ class HealthMonitor:
         *,
         slipping: bool,
         silent: tuple[str, ...],
-        no_scanner: bool = False,
+        blind: str = "",
         mounts: tuple[str, ...] = (),
     ) -> tuple[Health, tuple[str, ...]]:
         """Return the state and its reasons; of several states that apply, the worst.
@@ -312,7 +312,7 @@ class HealthMonitor:
         Args:
             slipping: whether the wheels slip.
             silent: sensors whose readings are overdue.
-            no_scanner: whether all scanners are silent.
+            blind: why no sweep is seen, in words; empty if sweeps are.
             mounts: doubts about how the scanners are mounted: notes, which change no state.
         """
         missing = tuple(f"nothing from {name}" for name in silent)
@@ -329,18 +329,15 @@ class HealthMonitor:
                 "what is seen changed at once: was the robot carried?",
                 *missing,
             )
-        if no_scanner:
+        if blind:
             # Wheels that slip now mislead it by any distance, unobserved.
-            return Health.SUSPECT, (
-                "all scanners are silent: only the robot's own motion is known",
-                *missing,
-            )
+            return Health.SUSPECT, (f"{blind}: only the robot's own motion is known", *missing)
         if slipping:
             return Health.SLIPPING, ("the wheels contradict gyro or scanners", *missing)
-        blind = (f"unobservable: {', '.join(self.unobservable)}",) if self.unobservable else ()
+        unseen = (f"unobservable: {', '.join(self.unobservable)}",) if self.unobservable else ()
         degraded = _PLANAR & set(self.unobservable) or missing
         state = Health.DEGRADED if degraded else Health.TRACKING
-        return state, (*blind, *missing, *mounts, *self._remarks())
+        return state, (*unseen, *missing, *mounts, *self._remarks())
 
     def _awaited(self) -> str:
         """Return what must be confirmed by driving."""

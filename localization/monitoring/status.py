@@ -16,6 +16,7 @@ def status_of(
     slipping: bool,
     silent: tuple[str, ...],
     no_scanner: bool,
+    left_out: int,
     mounts: tuple[str, ...],
     searching: str,
     outlook: str,
@@ -30,6 +31,7 @@ def status_of(
         slipping: whether the wheels slip.
         silent: sensors whose readings are overdue.
         no_scanner: whether all scanners are silent.
+        left_out: number of scans left out since the last sweep, if that was long ago.
         mounts: doubts about how the scanners are mounted.
         searching: what is being searched for, in words; empty if nothing is.
         outlook: what becomes of a robot without a pose, in words.
@@ -38,9 +40,11 @@ def status_of(
     """
     health = Health.WAITING
     reasons: tuple[str, ...] = (outlook,)
+    blind = "all scanners are silent" if no_scanner else ""
+    blind = f"cannot keep up: {left_out} scans left out" if left_out else blind
     if placed:
         health, reasons = monitor.status(
-            slipping=slipping, silent=silent, no_scanner=no_scanner, mounts=mounts
+            slipping=slipping, silent=silent, blind=blind, mounts=mounts
         )
     if searching and (not placed or health is Health.LOST):
         health, reasons = Health.RELOCALISING, (searching, *(reasons if placed else ()))

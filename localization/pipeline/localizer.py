@@ -23,11 +23,22 @@ from localization.pipeline.events import SweepProcessed
 from localization.pipeline.replay_buffer import ReplayBuffer
 from localization.pipeline.resources import Resources, Stage as Stage
 from localization.pipeline.state import State
-from localization.pipeline.step import Command, Input, step
+from localization.pipeline.step import Command, Input, LeftOut, step
 from localization.pipeline.validation import ReadingValidator
 from localization.relocalization.preview import Preview, PreviewError, explained_share
 from localization.relocalization.verification import explain
-from localization.types import SECOND, Estimate, Health, Hint, Mounts, Odometry, Pose, Reading
+from localization.types import (
+    SECOND,
+    Estimate,
+    Health,
+    Hint,
+    Mounts,
+    Odometry,
+    PointScan,
+    Pose,
+    Reading,
+    Scan,
+)
 
 
 class Localizer:
@@ -104,6 +115,10 @@ class Localizer:
         self._take(reading)
         advanced = isinstance(reading, self.config.sensors.leader)
         return self._estimate() if advanced else self._last
+
+    def leave_out(self, scan: Scan | PointScan) -> None:
+        """Note a scan that came, but is not processed, since the localiser could not keep up with its robot."""
+        self._take(LeftOut(scan))
 
     def relocalize(self) -> None:
         """Begin a search of the whole map with the next sweep, as for a robot that was carried away.
@@ -248,6 +263,7 @@ class Localizer:
             slipping=state.slip.slipping(state.stamp),
             silent=silent,
             no_scanner=mounts.keys() <= set(silent),
+            left_out=state.left_out if state.blind(config.health.silence) else 0,
             mounts=self._extrinsics.doubts,
             searching=state.search.activity(state.stamp, config.search_schedule),
             outlook=state.search.outlook(config.search_schedule),

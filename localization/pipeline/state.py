@@ -88,6 +88,8 @@ class State(NamedTuple):
     """Whether the filter's pose is one in the map."""
     received: Mapping[str, SourceTimes]
     """Newest reading of each source and how often they arrive: scanners by their frames, "wheels" and "gyro"."""
+    left_out: int
+    """Number of scans since the last sweep that were left out."""
     listening: ListeningTime
     """Time in which they are missed if they do not come."""
 
@@ -111,8 +113,13 @@ class State(NamedTuple):
             odom_from_base=Pose.identity(),
             placed=False,
             received={},
+            left_out=0,
             listening=ListeningTime(),
         )
+
+    def blind(self, silence: int) -> bool:
+        """Return whether scans were left out for longer than a source may be silent [ns]."""
+        return self.left_out > 0 and self.stamp - self.last.stamp > silence
 
     @property
     def current(self) -> CurrentPose:

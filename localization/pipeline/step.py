@@ -7,7 +7,8 @@ loss begin a search that runs in parallel, a little each tick.
 
 from __future__ import annotations
 
-from dataclasses import replace
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
 from enum import Enum, auto
 from typing import TypeAlias
 
@@ -22,7 +23,7 @@ from localization.filter.prediction import predict
 from localization.filter.updates import update_standstill, update_wheel_yaw
 from localization.monitoring.health import HealthMonitor, horizontal_sigma
 from localization.monitoring.jump_detection import Change, JumpDetector
-from localization.monitoring.silence_detection import is_silence, with_reading
+from localization.monitoring.silence_detection import SourceTimes, is_silence, with_reading
 from localization.motion.deskew import deskew
 from localization.motion.motion_model import Increment
 from localization.pipeline.events import (
@@ -46,6 +47,7 @@ from localization.types import (
     Pose,
     Reading,
     Scan,
+    Verdict,
     WheelSpeeds,
 )
 
@@ -64,8 +66,16 @@ class Command(Enum):
     """Undo the last placement."""
 
 
-Input: TypeAlias = Reading | Command | Placement
-"""What a step takes: a reading, an operator's command, or a pose to take over."""
+@dataclass(frozen=True, slots=True)
+class LeftOut:
+    """A scan that came, but is not processed, so that the localiser keeps up with its robot."""
+
+    scan: Scan | PointScan
+    """The scan."""
+
+
+Input: TypeAlias = Reading | LeftOut | Command | Placement
+"""What a step takes: a reading, a scan that is left out, an operator's command, or a pose to take over."""
 
 
 def step(state: State, item: Input, r: Resources) -> tuple[State, Events]:
@@ -87,6 +97,9 @@ def step(state: State, item: Input, r: Resources) -> tuple[State, Events]:
             return _placed(state, item, r)
         case Hint():
             return _hinted(state, item, r)
+        case LeftOut():
+            received = _noted(state, item.scan)
+            return state._replace(received=received, left_out=state.left_out + 1), ()
     state, increment = _received(state, item)
     if increment is None:
         return state, ()
@@ -110,13 +123,18 @@ def _received(state: State, reading: Reading) -> tuple[State, Increment | None]:
     scans, received, listened = state.scans, state.received, state.listening.total
     if isinstance(reading, Scan | PointScan):
         scans = scans.received(reading)
-        received = with_reading(received, reading.scanner, reading.stamp, listened)
+        received = _noted(state, reading)
     elif isinstance(reading, WheelSpeeds):
         received = with_reading(received, "wheels", reading.stamp, listened)
     elif isinstance(reading, Inertial):
         received = with_reading(received, "gyro", reading.stamp, listened)
     motion, increment = state.motion.take(reading, state.slip.velocity)
     return state._replace(motion=motion, scans=scans, received=received), increment
+
+
+def _noted(state: State, scan: Scan | PointScan) -> Mapping[str, SourceTimes]:
+    """Return when readings of each source came, after a scan."""
+    return with_reading(state.received, scan.scanner, scan.stamp, state.listening.total)
 
 
 def _predicted(state: State, increment: Increment, r: Resources) -> State:
@@ -185,7 +203,7 @@ def _next_sweep(state: State, r: Resources) -> tuple[State, SweepRecord | None, 
             None,
             tuple(map(ScanDropped, late)),
         )
-    state = state._replace(scans=scans.released())
+    state = state._replace(scans=scans.released(), left_out=0)
     path = _way_since(state, min(scan.stamp for scan in scans.scans))
     record = r.cache.find(scans.scans, state.stamp, path)
     if record is None:
@@ -320,6 +338,9 @@ def _searched(state: State, r: Resources) -> tuple[State, Events]:
             state.search, state.stamp, state.odom_from_base, state.current
         )
     state = state._replace(search=search)
+    if any(answer.verdict is Verdict.AMBIGUOUS for answer in answers):
+        # An operator doubts the pose: the motion that led to it rules out no place.
+        state = state._replace(health=state.health.unwitnessed())
     if placement is None:
         return state, answers
     state, events = _placed(state, placement, r)

@@ -336,11 +336,13 @@ class Relocalizer:
             if self._leaves_room(best):
                 placement = replace(placement, explained=best.score)
                 state = _to_check(state) if self._by_itself else state
-        elif result.verdict is Verdict.AMBIGUOUS and unsure:
+        elif result.verdict is Verdict.AMBIGUOUS:
+            # A pose that stands explains clearly less, or is in doubt: else the hint would have been answered by it.
+            present = None if unsure else current.map_from_base
             places = Hypotheses.of(
-                result.candidates, odom, self._hypotheses, self._config, near=True
+                result.candidates, odom, self._hypotheses, self._config, near=True, present=present
             )
-            state = replace(state, hypotheses=places)
+            state = replace(state, hypotheses=places, checking=state.checking or not unsure)
         elif result.verdict is Verdict.REJECTED:
             state = self._after_rejection(state, current)
         answer = HintVerdict(now, result.hint, result.verdict, result.reason, result.candidates)

@@ -108,7 +108,7 @@ def test_recovery_is_a_right_and_trusted_pose_that_lasts(drive: RealDrive) -> No
         return [
             Answer(
                 i * SECOND // 2,
-                place_at(drive, 7 + i) @ drive.mount @ Pose.planar(0.0, 0.0, float(i in wrong)),
+                place_at(drive, 9 + i) @ drive.mount @ Pose.planar(0.0, 0.0, float(i in wrong)),
                 np.eye(6),
                 state,
                 0.0,
@@ -118,11 +118,13 @@ def test_recovery_is_a_right_and_trusted_pose_that_lasts(drive: RealDrive) -> No
 
     states = [Health.TRACKING] + [Health.LOST] * 5 + [Health.DEGRADED] * 6
     found = answers(states, wrong=(0, 1, 3))
-    assert _recovered(drive, 7, found) == 3.0
+    assert _recovered(drive, 9, found) == 3.0
     lasts = round(HELD * 2)
-    assert _recovered(drive, 7, found[: 6 + lasts]) == np.inf
-    assert _recovered(drive, 7, answers(states, wrong=(8, 11))) == np.inf
-    assert _misled(drive, 7, found) == pytest.approx(0.5)
+    assert _recovered(drive, 9, found[: 6 + lasts]) == np.inf
+    assert _recovered(drive, 9, answers(states, wrong=(8, 11))) == np.inf
+    # Every third scan has a corrected pose: the first answer counts until the fourth.
+    assert drive.corrected[9:13].tolist() == [True, False, False, True]
+    assert _misled(drive, 9, found) == pytest.approx(1.5)
 
 
 def test_start_from_an_exact_scan_is_right_when_placed_and_held(drive: RealDrive) -> None:

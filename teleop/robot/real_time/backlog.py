@@ -42,15 +42,16 @@ class Backlog:
         waiting = self._records
         return bool(waiting) and waiting[-1].stamp - waiting[0].stamp > OLDEST_SCAN
 
-    def take(self) -> tuple[DriveRecord, DriveRecord]:
-        """Return the oldest record as it is, and with what the estimator needs of it.
+    def take(self) -> tuple[DriveRecord, DriveRecord, tuple[Scan | PointScan, ...]]:
+        """Return the oldest record as it is and with what the estimator needs of it, and the scans left out of it.
 
         Of the hints of one client only the newest that waits is needed.
         """
         late, record = self.late, self._records.popleft()
-        kept = [r for r in record.sensed if not (late and isinstance(r, Scan | PointScan))]
+        scans = tuple(r for r in record.sensed if late and isinstance(r, Scan | PointScan))
+        kept = tuple(r for r in record.sensed if not (late and isinstance(r, Scan | PointScan)))
         inbox = tuple(filter(self._counts, record.inbox))
-        return record, replace(record, sensed=tuple(kept), inbox=inbox)
+        return record, replace(record, sensed=kept, inbox=inbox), scans
 
     def _counts(self, message: InboxMessage) -> bool:
         return not isinstance(message, PoseHint) or self._newest_hint[message.client] is message

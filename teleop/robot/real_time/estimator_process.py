@@ -61,7 +61,9 @@ def run(channel: Channel) -> None:
                     recording.calls(record.inbox, record.stamp)
             backlog.add([record for record in records if not record.paused])
             if backlog:
-                record, needed = backlog.take()
+                record, needed, left_out = backlog.take()
+                for scan in left_out:
+                    estimation.localizer.leave_out(scan)
                 estimated = estimation.take(needed)
                 channel.send(pack(ESTIMATED, estimated))
                 if recording is not None:

@@ -6,9 +6,10 @@ import numpy as np
 import pytest
 from hypothesis import given, settings, strategies as st
 
+from localization.maps.cloud import Cloud
 from localization.maps.cloud_from_grid import cloud_from_grid
 from localization.maps.prepared_map import PreparedMap, prepare
-from localization.matching.registration import residuals
+from localization.matching.registration import register, residuals
 from localization.matching.scan_consistency import BeamClassifier, explanation
 from localization.types import Pose, ScanConsistency, Sweep
 from tests.support_rooms import HALL, Place, box
@@ -127,3 +128,18 @@ def test_explanation_names_only_notable_kinds() -> None:
         "the map explains only 10% of the sweep; 90% ends where nothing is mapped"
     )
     assert explanation(0.4, None) == "the map explains only 40% of the sweep"
+
+
+def test_what_is_seen_above_a_map_that_was_cut_counts_for_nothing() -> None:
+    whole = HALL.cloud(0.2)
+    cut = Cloud(
+        *(part[whole.points[:, 2] < 1.0] for part in (whole.points, whole.normals)), name="cut"
+    )
+    sweep = HALL.sweep(HERE)
+    assert (sweep.points[:, 2] > 1.3).mean() > 0.1, "it sees what was cut off"
+    world = prepare(cut)
+    match = register(sweep, world, HERE, np.eye(6) * 1e-4)
+    assert match.inlier_ratio > 0.9
+    found = BeamClassifier(world).classify(sweep, HERE, match.distances)
+    assert found is not None
+    assert found.unexplained == pytest.approx(1.0 - match.inlier_ratio)

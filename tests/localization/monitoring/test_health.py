@@ -285,7 +285,9 @@ def test_robot_that_leaves_the_map_is_suspect_but_not_lost() -> None:
 
 def test_estimate_that_no_scanner_speaks_to_is_suspect() -> None:
     monitor = feed(HealthMonitor(), 5)
-    health, reasons = monitor.status(slipping=False, silent=("a", "b"), no_scanner=True)
+    health, reasons = monitor.status(
+        slipping=False, silent=("a", "b"), blind="all scanners are silent"
+    )
     assert health is Health.SUSPECT
     assert reasons[0] == "all scanners are silent: only the robot's own motion is known"
     assert reasons[1:] == ("nothing from a", "nothing from b")

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from localization.pipeline.localizer import Localizer
-from localization.types import Estimate, Health, Hint, Pose
+from localization.types import SECOND, Estimate, Health, Hint, Inertial, Pose, Verdict
 from tests.localization.pipeline.wheel_log import block, upright
-from tests.support_rooms import MOUNTS, Drive, Face, Place, box
+from tests.support_rooms import MOUNTS, Drive, Face, Place, apart, box
 
 pytestmark = [pytest.mark.slow, pytest.mark.untraced]
 
@@ -61,3 +61,28 @@ def test_wrong_hint_into_a_room_much_like_the_right_one_is_suspect_and_found_out
 def test_right_hint_is_trusted_at_once() -> None:
     placed = [e for e in driven(TRUE, 0.0) if e.map_from_base is not None]
     assert {e.health for e in placed[5:]} == {Health.TRACKING}
+
+
+def test_ambiguous_hint_to_a_pose_that_explains_less_has_its_places_compared_by_driving() -> None:
+    """The true room looks alike from both ends; the wrong one is shorter."""
+    short = upright(box((0.0, 0.0, -1.0), (4.5, 5.0, 2.5), inside=True))
+    plain = Place([*short, *room(8.0)])
+    middle = Pose.planar(11.0, 2.5, 1.8)
+    localizer = Localizer(plain.prepared(), MOUNTS)
+    drive = Drive(plain, TRUE, (3.0, 0.0, 0.0), (3.0, 0.4, 0.3))
+    hints = {
+        SECOND: Hint(SECOND, WRONG, np.diag([1e-4, 1e-4, 0.0, 0.0, 0.0, 1e-4])),
+        2 * SECOND: Hint(2 * SECOND, middle, np.diag([1.0, 1.0, 0.0, 0.0, 0.0, 1.0])),
+    }
+    verdicts, estimates = [], []
+    for reading in drive.readings():
+        estimate = localizer.add(reading)
+        if isinstance(reading, Inertial):
+            verdicts += [estimate.verdict.verdict] if estimate.verdict else []
+            estimates += [estimate] if len(verdicts) == 2 else []
+            if reading.stamp in hints:
+                localizer.add(hints[reading.stamp])
+    assert verdicts == [Verdict.ACCEPTED, Verdict.AMBIGUOUS]
+    assert len(estimates[1].hypotheses) == 3
+    assert {e.health for e in estimates[1:]} <= {Health.SUSPECT, Health.LOST, Health.RELOCALISING}
+    assert not any(apart(c.map_from_base, WRONG)[0] < 4.0 for c in estimates[-1].hypotheses)

@@ -45,7 +45,7 @@ def test_overloaded_localiser_leaves_out_scans_and_stays_near_in_time_and_place(
         arrived = [r for r in coming if r.stamp <= clock]
         coming = coming[len(arrived) :]
         backlog.add(arrived)
-        whole, needed = backlog.take()
+        whole, needed, _ = backlog.take()
         assert [r for r in whole.sensed if not isinstance(r, Scan)] == [
             r for r in needed.sensed if not isinstance(r, Scan)
         ]
@@ -74,6 +74,30 @@ def test_of_the_hints_of_a_client_that_wait_the_newest_counts_and_nothing_else_i
     backlog = Backlog()
     backlog.add([first, replace(second, inbox=(newer, other))])
     taken = [backlog.take() for _ in range(2)]
-    assert [whole.inbox for whole, _ in taken] == [(hint,), (newer, other)]
-    assert [needed.inbox for _, needed in taken] == [(), (newer, other)]
-    assert [needed.sensed for _, needed in taken] == [first.sensed, second.sensed]
+    assert [whole.inbox for whole, _, _ in taken] == [(hint,), (newer, other)]
+    assert [needed.inbox for _, needed, _ in taken] == [(), (newer, other)]
+    assert [needed.sensed for _, needed, _ in taken] == [first.sensed, second.sensed]
+
+
+def test_localiser_that_gets_no_scans_for_too_long_says_that_it_cannot_keep_up() -> None:
+    estimation, backlog, said = Estimation(Localizer(HALL.prepared(), MOUNTS)), Backlog(), []
+    coming = list(records())
+    for record in coming[: 3 * SECOND // TICK]:
+        backlog.add([record])
+        estimation.take(backlog.take()[1])
+    backlog.add(coming[3 * SECOND // TICK : 5 * SECOND // TICK])
+    while backlog:
+        _, needed, left_out = backlog.take()
+        for scan in left_out:
+            estimation.localizer.leave_out(scan)
+        estimate = estimation.take(needed).estimate
+        said.append((estimate.health, estimate.reasons[:1], len(estimate.reasons)))
+    assert (
+        Health.SUSPECT,
+        ("cannot keep up: 24 scans left out: only the robot's own motion is known",),
+        1,
+    ) in said
+    assert not any("silent" in reason for _, reasons, _ in said for reason in reasons)
+    for record in coming[5 * SECOND // TICK : 6 * SECOND // TICK]:
+        estimate = estimation.take(record).estimate
+    assert estimate.health is Health.TRACKING
