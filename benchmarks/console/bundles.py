@@ -52,7 +52,7 @@ class Modules:
         }
 
     def of(self, frame: Mapping[str, Any]) -> str:
-        """Return the module of a call frame of DevTools; empty for what is none of the page."""
+        """Return the module of a call frame of DevTools; empty for what is not of the page."""
         starts = self._starts.get(str(frame["url"]).rpartition("/")[2], [])
         at = bisect.bisect_right(starts, int(frame["lineNumber"]), key=lambda start: start[0])
         return starts[at - 1][1] if at > 0 else ""

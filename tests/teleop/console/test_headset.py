@@ -133,7 +133,7 @@ async def test_controllers_of_other_headsets_drive_and_nothing_is_asked_of_other
 
 
 @in_a_loop
-async def test_controller_that_does_not_tell_its_grip_drives_nothing_and_is_named(
+async def test_controller_that_does_not_report_its_grip_drives_nothing_and_is_named(
     page_of: Pages, office: World, office_cloud: Cloud, cache: Path
 ) -> None:
     async with (
