@@ -18,10 +18,10 @@ from benchmarks.real.log_maps import map_of_scans
 from benchmarks.real.log_tracks import bridge, odometry_at_scans
 from localization.errors import LocalizationError
 from localization.geometry import FloatArray
-from localization.matching.scan_consistency import BoolArray
 from localization.logs.carmen_lines import SCANNER
 from localization.logs.carmen_log import CarmenLog
 from localization.maps.prepared_map import PreparedMap
+from localization.matching.scan_consistency import BoolArray
 from localization.types import SECOND, Odometry, Pose, Reading, Scan
 
 _NEAR = 0.02
