@@ -75,6 +75,17 @@ def inverse(matrix: FloatArray, name: str) -> FloatArray:
     return np.asarray(np.linalg.inv(matrix), dtype=float)
 
 
+def at_least(matrix: FloatArray, floor: FloatArray) -> FloatArray:
+    """Return a covariance (N, N) with at least the variance of another one, positive definite, in every direction."""
+    root = np.linalg.cholesky(floor)
+    half = np.linalg.solve(root, 0.5 * (matrix + matrix.T))
+    values, vectors = np.linalg.eigh(np.linalg.solve(root, half.T))
+    if values[0] >= 1.0:
+        return matrix
+    spread = root @ vectors
+    return np.asarray((spread * np.maximum(values, 1.0)) @ spread.T, dtype=float)
+
+
 def floored(matrix: FloatArray, surest: FloatArray, name: str) -> FloatArray:
     """Return a covariance (N, N), made symmetric, with a floor of variance in every direction.
 

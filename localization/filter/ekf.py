@@ -25,6 +25,7 @@ from filterpy.kalman import ExtendedKalmanFilter, predict as filterpy_predict
 
 from localization.filter.covariance import CovarianceError, pose_covariance
 from localization.filter.ekf_config import EkfConfig as EkfConfig
+from localization.filter.range_bias import RangeBias
 from localization.filter.standstill_detection import MOVING, Rest, Triple
 from localization.geometry import FloatArray, Quaternion, quaternion_exp, quaternion_product
 from localization.types import Pose, Twist
@@ -72,6 +73,8 @@ class FilterState:
     """How long nothing has moved."""
     by_ratio: FloatArray
     """(6,) derivative of the motion since ``mark`` by the logarithm of the yaw ratio, where wheels measure turns."""
+    range_bias: RangeBias
+    """What sweeps have shown of the scanners' range bias."""
 
     @property
     def covariance(self) -> FloatArray:
@@ -122,6 +125,7 @@ def initial_state(config: EkfConfig = EkfConfig()) -> FilterState:  # noqa: B008
         tilt_speed=None,
         rest=MOVING,
         by_ratio=_NO_POSE_ERROR,
+        range_bias=RangeBias.unknown(config.range_bias),
     )
 
 
@@ -216,6 +220,7 @@ def injected(state: FilterState, error: FloatArray, covariance: FloatArray) -> F
         state.tilt_speed,
         state.rest,
         state.by_ratio,
+        state.range_bias,
     )
 
 

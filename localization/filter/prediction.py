@@ -113,6 +113,7 @@ def predict(
         state.tilt_speed,
         rest,
         state.by_ratio,
+        state.range_bias,
     )
     return predicted, motion
 

@@ -10,7 +10,13 @@ from dataclasses import replace
 
 import numpy as np
 
-from localization.filter.covariance import floored, inverse, planar_covariance
+from localization.filter.covariance import (
+    SUREST_ANGLE,
+    SUREST_POSITION,
+    at_least,
+    inverse,
+    planar_covariance,
+)
 from localization.filter.ekf import (
     POSITION,
     ROTATION,
@@ -204,6 +210,7 @@ def match_innovation(
     r = inverse(unscaled @ match.information @ unscaled.T, "information of a match")
     # A mount that is off shifts all points of a sweep alike, however many there are.
     mount = np.diag(np.repeat([config.mount_position**2, config.mount_angle**2], 3))
+    mount += _by_range(state, match)
     return rows @ difference(state.pose, match.map_from_base), h, r + rows @ mount @ rows.T
 
 
@@ -212,13 +219,18 @@ def match_nis(state: FilterState, config: EkfConfig, match: Match) -> float:
     return nis_of(state, *match_innovation(state, config, match))
 
 
+def _by_range(state: FilterState, match: Match) -> FloatArray:
+    """Return the covariance (6, 6) that the range bias leaves to a match, the same as long as the view is."""
+    return np.zeros((6, 6)) if match.ranges is None else state.range_bias.error_of(match.ranges)
+
+
 def update_match(
     state: FilterState, config: EkfConfig, match: Match, map_noise: float = 0.0
 ) -> FilterState:
     """Correct the pose by a match, in its observable directions.
 
-    All sweeps from one place share the errors of the map and of the mounts there. Any number of them leaves
-    the pose no better known than the map is, and while the robot stands than one sweep can.
+    All sweeps from one place share the errors of the map, of the mounts and of the ranges there. Any number of them
+    leaves the pose no better known than the map and the ranges are, and while the robot stands than one sweep can.
 
     Args:
         state: before.
@@ -231,11 +243,13 @@ def update_match(
     if state.rest.stands(config):
         position = max(position, config.still_position)
         angle = max(angle, config.still_angle)
-    if position <= 0.0:
+    if match.ranges is not None:
+        updated = replace(updated, range_bias=state.range_bias.learned(match.ranges))
+    floor = _by_range(state, match)
+    if position <= 0.0 and not floor.any():
         return updated
-    surest = np.repeat([position, angle], 3)
-    block = updated.full_covariance[:6, :6]
-    return with_pose_covariance(updated, floored(block, surest, "covariance of the pose"))
+    floor += np.diag(np.repeat([max(position, SUREST_POSITION), max(angle, SUREST_ANGLE)], 3) ** 2)
+    return with_pose_covariance(updated, at_least(updated.full_covariance[:6, :6], floor))
 
 
 def widen(

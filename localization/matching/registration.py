@@ -23,7 +23,7 @@ from localization.geometry import FloatArray, hat, so3_exp
 from localization.maps.map_noise import MapNoise
 from localization.maps.nearest_point_grid import IndexArray
 from localization.maps.prepared_map import PreparedMap
-from localization.types import Match, Pose, Sweep
+from localization.types import Match, Pose, RangeFit, Sweep
 
 
 @dataclass(frozen=True, slots=True)
@@ -327,7 +327,7 @@ def _conclude(
     even = weight if rough else _by_normals(weight, seen, world, config)
     held, _ = _normal_equations(across, even, config)
     directions = observable_directions(held, fake, config)
-    information, offset = np.zeros((6, 6)), np.zeros(6)
+    information, offset, ranges = np.zeros((6, 6)), np.zeros(6), None
     if len(directions):
         # Project on the observable directions W (rows, orthonormal in the scaled space).
         scale = np.diag([1.0, 1.0, 1.0, LEVER, LEVER, LEVER])
@@ -337,6 +337,7 @@ def _conclude(
         whole, gradient = _normal_equations(seen, weight, config)
         held = unscaled @ whole @ unscaled.T
         offset = -unscaled.T @ np.linalg.solve(held, unscaled @ gradient)
+        ranges = None if rough else _range_fit(sweep, pose, seen, weight, unscaled, offset)
     # The prior still pulls at the pose found; the sweep alone gives a slightly different one.
     alone = Pose.from_rotation(pose.position + offset[:3], pose.rotation @ so3_exp(offset[3:]))
     distances = seen.distance.copy()
@@ -348,6 +349,40 @@ def _conclude(
         observable_directions=directions,
         distances=distances,
         inlier_ratio=seen.share_explained(config.inlier_distance),
+        ranges=ranges,
+    )
+
+
+def _range_fit(
+    sweep: Sweep,
+    pose: Pose,
+    seen: Residuals,
+    weight: FloatArray,
+    unscaled: FloatArray,
+    offset: FloatArray,
+) -> RangeFit:
+    """Return what a sweep says of a range bias when its pose is left open: the Schur complement of the pose.
+
+    Args:
+        sweep: the sweep.
+        pose: at which it was seen.
+        seen: it against the cloud there.
+        weight: (N,) of its points.
+        unscaled: (k, 6) observable directions.
+        offset: (6,) from the pose to where the sweep alone fits best.
+    """
+    beams = sweep.points - sweep.origins
+    length = np.sqrt(np.einsum("ij,ij->i", beams, beams))
+    # The derivative of a distance by its range: the cosine between beam and normal.
+    slope = np.einsum("ij,ij->i", seen.jacobian[:, :3], beams @ pose.rotation.T) / length
+    slopes = slope[:, None] * np.stack([sweep.horizontal, ~sweep.horizontal], axis=1)
+    weighted = weight[:, None] * slopes
+    reduced, mixed = seen.jacobian @ unscaled.T, seen.jacobian.T @ weighted
+    moved = np.linalg.solve(reduced.T @ (weight[:, None] * reduced), unscaled @ mixed)
+    return RangeFit(
+        gradient=weighted.T @ np.where(seen.valid, seen.distance, 0.0) + mixed.T @ offset,
+        information=slopes.T @ weighted - (unscaled @ mixed).T @ moved,
+        shift=-unscaled.T @ moved,
     )
 
 

@@ -209,6 +209,7 @@ def _next_sweep(state: State, r: Resources) -> tuple[State, SweepRecord | None, 
     if record is None:
         with r.stage("deskew"):
             sweep = deskew(scans.scans, state.track, r.mounts, state.stamp)
+            sweep = state.filter.range_bias.removed(sweep)
         record = SweepRecord(scans.scans, path, sweep)
         r.cache.keep(record)
     return state, record, ()

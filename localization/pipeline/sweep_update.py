@@ -372,7 +372,8 @@ def _registered(
             match = matcher(record.sweep, prior, filter_.covariance)
         record.prior, record.match, record.consistency = prior, match, None
     if share != 1.0:
-        match = replace(match, information=share * match.information)
+        ranges = match.ranges and match.ranges.counted(share)
+        match = replace(match, information=share * match.information, ranges=ranges)
     constrained = len(match.observable_directions) > 0
     return match, match_nis(filter_, r.config.ekf, match) if constrained else 0.0
 

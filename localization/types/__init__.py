@@ -15,6 +15,7 @@ from localization.types.estimate import (
     Health as Health,
     HintVerdict as HintVerdict,
     Match as Match,
+    RangeFit as RangeFit,
     ScanConsistency as ScanConsistency,
     Sweep as Sweep,
     Verdict as Verdict,

@@ -76,6 +76,22 @@ class Sweep:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
+class RangeFit:
+    """What a sweep says of a bias of its ranges whatever its pose is; that of level scanners, and that of the others."""
+
+    gradient: FloatArray
+    """(2,) ``information`` times the bias that fits best [1/m]."""
+    information: FloatArray
+    """(2, 2) information of the bias [1/m^2]."""
+    shift: FloatArray
+    """(6, 2) by how much the match moves with the bias, in its observable directions."""
+
+    def counted(self, share: float) -> RangeFit:
+        """Return it with a share of its information."""
+        return RangeFit(share * self.gradient, share * self.information, self.shift)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
 class Match:
     """Result of registering one sweep against the cloud.
 
@@ -95,6 +111,8 @@ class Match:
     """(N,) signed distance of each sweep point to the map [m]; NaN where the map has nothing near."""
     inlier_ratio: float
     """Share of the points that have a near, front-facing neighbour in the map, in [0, 1]."""
+    ranges: RangeFit | None = None
+    """What it says of the scanners' range bias; None in rough maps, whose own errors are larger, and of other methods."""
 
 
 @dataclass(frozen=True, slots=True)
