@@ -1,4 +1,4 @@
-"""What a narrow link leaves of the small and urgent messages, with clouds and scans enough to fill it several times.
+"""What a narrow link leaves of the small and urgent messages beside clouds and scans.
 
 The link is a proxy in a process of its own, with its buffers and those of the kernel. A client behind it subscribes to
 what a page does and to both scans; another beside the robot has the robot's clock. The e-stop takes effect in the tick
@@ -27,7 +27,7 @@ from benchmarks.wire.served_robot import served_robot
 
 TAKES_WORDS = True
 
-LINKS = {"1 Mbit/s": 1e6, "256 kbit/s": 256e3}
+LINKS = {"1 Mbit/s": 1e6}
 """Rates of the link, each way [bit/s]."""
 TICK = 0.02
 """From the tick of the audit line to the one in which the robot brakes [s]."""
@@ -44,7 +44,7 @@ SMALL = {
 }
 """Small topics, with the shortest time between two messages [ms]; the page asks for the same."""
 LARGE = {"/local_cloud": 90, "/scan": 0, "/scan_vertical": 0}
-"""Large ones, 3 Mbit/s of them in all."""
+"""Large ones."""
 
 
 @dataclass
