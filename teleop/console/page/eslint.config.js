@@ -7,7 +7,7 @@ import { folders } from "./lint/folders.js";
 const FLOORS = {
   "": [
     "page",
-    "panels | xr",
+    "panels | wall | xr",
     "alarms | arm | camera | guide | hint | prediction | replay | runs | steps",
     "driving | link | scene | session",
     "robot | texts",

@@ -61,6 +61,7 @@ async def test_run_is_recorded_by_a_button_and_scrubbed_on_the_same_page(
         await page.get_by_role("button", name="End the recording").click()
         await page.get_by_role("button", name="Look at run-").click()
         await says(page, "nothing here moves the robot")
+        await says(page, "This is a recording", within=".driving-status")
         await says(page, "x 24.2", within=".page-left")
         await page.evaluate(SEEK, 1.0)
         await says(page, "x 23.", within=".page-left")

@@ -4,7 +4,7 @@ import type { Connection, Dialect } from "../robot/robot_state";
 import type { ControlState, Session } from "../values";
 
 export type Blockage =
-  | "connecting" | "lost" | "refusedConnection" | "unknownDialect" | "unguarded" | "noState" | "silent" | "estop" | "watching"
+  | "connecting" | "lost" | "refusedConnection" | "unknownDialect" | "unguarded" | "noState" | "silent" | "estop" | "recording" | "watching"
   | "others";
 
 /** What is known of the robot that bears upon driving. */
@@ -34,6 +34,9 @@ export function blockage(view: RobotView): Blockage | undefined {
   }
   if (dialect === "plain") {
     return view.plainConfirmed ? undefined : "unguarded";
+  }
+  if (session?.role === "recording") {
+    return "recording";
   }
   if (control?.estop === true) {
     return "estop";

@@ -3,6 +3,7 @@
 import { effect } from "@preact/signals";
 import { Vector3 } from "three";
 import type { Workshop } from "../scene/workshop";
+import type { WallFigures } from "../wall";
 import type { Headset } from "../xr/xr";
 import type { PageParts } from "./page_parts";
 
@@ -19,6 +20,8 @@ export interface PageFigures {
   floorPoint(clientX: number, clientY: number): { readonly x: number; readonly y: number } | undefined;
   /** What there is in the headset, with the script time of its pictures [ms]; undefined while nothing is. */
   readonly headset: ReturnType<Headset["figures"]> | undefined;
+  /** The newest picture of a wall of screens; undefined where the page is none. */
+  readonly wall: WallFigures | undefined;
   /** Place of the window [CSS pixels] at which a place in the robot's frame [m] is drawn. */
   screenPoint(x: number, y: number, z: number): { readonly x: number; readonly y: number };
 }
@@ -30,7 +33,7 @@ declare global {
 }
 
 /** Set the mark when it is time, and offer the function. */
-export function publishFigures({ state, scene, statistics, headset }: PageParts): void {
+export function publishFigures({ state, scene, statistics, headset, wall }: PageParts): void {
   const stop = effect(() => {
     const map = scene.built.value || state.mapPoints.value !== undefined || state.gridMap.value !== undefined;
     if (map && state.mapFromBase.value !== undefined) {
@@ -48,6 +51,7 @@ export function publishFigures({ state, scene, statistics, headset }: PageParts)
     frameTimes: scene.frameTimes(),
     roundTrip: statistics.peek().roundTrip,
     bytesPerSecond: statistics.peek().bytesPerSecond,
+    wall: wall.peek()?.(),
     headset: headset.headset.peek()?.figures(),
     floorPoint: (x, y) => scene.floorPoint(x, y),
     screenPoint: (x, y, z) => screenPoint(scene.workshop, new Vector3(x, y, z)),

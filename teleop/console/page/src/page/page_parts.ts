@@ -30,6 +30,7 @@ import { drawWay } from "../steps/there_layer";
 import { bothMotions, loadArm, type LoadedArm } from "./arm_loader";
 import { loadHeadset, type HeadsetPart } from "./headset_loader";
 import { openDropped, replayLoader, type Replay } from "./replay_loader";
+import { loadWall } from "./wall_loader";
 import { viewHintsFromAbove } from "./hint_view";
 import { keepAwake, rememberedGear, thumbsOnly } from "./hands";
 import { watchSurroundings } from "./surroundings";
@@ -56,6 +57,8 @@ export interface PageParts {
   readonly arm: ReadonlySignal<LoadedArm | undefined>;
   /** The headset, once there is one. */
   readonly headset: HeadsetPart;
+  /** What tells of the newest picture of a wall of screens; undefined where the page is none. */
+  readonly wall: ReturnType<typeof loadWall>;
   readonly camera: CameraFeed;
   readonly photo: PhotoControl;
   readonly alarms: Alarms;
@@ -142,6 +145,11 @@ export function startParts(address: string, version: string, canvas: HTMLCanvasE
   effect(() => { there.choosing.value &&= hint.view.value.phase !== "placing"; });
   viewHintsFromAbove(hint.view, settings.view);
   effect(() => { camera.large.value = camera.large.peek() && hint.view.value.phase !== "placing"; });
+  const wall = loadWall(location.search, {
+    immersion: scene.immersion, state, wire: link.wire, events: events.add,
+  }, document.documentElement);
+  // A wall shows, and moves nothing: what a robot does, and why not, is told elsewhere.
+  effect(() => { if (wall.value !== undefined) { driving.dispose(); } });
   effect(() => { driving.keysElsewhere.value = hint.view.value.phase === "placing" || arm.value?.arm.chosen.value === true; });
   effect(() => { document.documentElement.dataset["theme"] = settings.theme.value; });
   const alarms = new Alarms(
@@ -161,7 +169,7 @@ export function startParts(address: string, version: string, canvas: HTMLCanvasE
   link.start();
   return {
     address, version, state, commands, statistics: link.statistics, scene, settings, driving, hint, guide, runs, replay, steps, there, arm, camera, photo,
-    alarms, headset, events, lean, ages, wire: link.wire, name, sharing: new Sharing(link.wire),
+    alarms, headset, wall, events, lean, ages, wire: link.wire, name, sharing: new Sharing(link.wire),
     rename: (wanted) => { name.value = wanted; commands.authenticate(takeToken(PLACES)); },
     setLean: (wanted) => { lean.value = wanted; link.setLean(wanted); },
     logIn: (given) => { keepToken(PLACES, given); commands.authenticate(given); },

@@ -15,7 +15,7 @@ const CAMERA = "/camera/rgb/image_rect_color/compressed";
 
 /** What a person may do to a recorded robot. */
 const NOBODY: Session = {
-  client: 0, name: "", role: "view", tokens: false, mayDrive: false, mayStop: false, mayReset: false, mayHint: false,
+  client: 0, name: "", role: "recording", tokens: false, mayDrive: false, mayStop: false, mayReset: false, mayHint: false,
   maySearch: false, mayTakeOver: false, mayShare: false, link: false, mayPlay: false,
 };
 

@@ -1,9 +1,9 @@
-/** The picture as a headset sees it: all of the world about an operator, who stands somewhere in it at some scale. */
+/** The picture as a headset or a wall of screens shows it: all of the world about an operator, who stands somewhere in it. */
 
 import type { ReadonlySignal } from "@preact/signals";
 import { Group, type PerspectiveCamera } from "three";
 import type { SmoothPose } from "./smooth_pose";
-import type { Stage } from "./stage";
+import type { Stage, ViewShare } from "./stage";
 import type { Renewed } from "../values";
 import type { Viewport } from "./viewport";
 import type { Look, World } from "./world";
@@ -82,7 +82,9 @@ export class Immersion {
     await this.stage.immerse(session, (interval, xr) => {
       // After a pause, time begins anew: nothing leaps because nothing was drawn for a while.
       this.robot.advance(Math.min(interval, 100));
-      this.#look(session, frame(interval, xr));
+      const { scale, ground } = frame(interval, xr);
+      const { framebufferWidth = 1000, framebufferHeight = 1000 } = session.renderState.baseLayer ?? {};
+      this.#look(framebufferWidth, framebufferHeight, this.camera, scale, ground);
     }, () => {
       room.removeFromParent();
       camera.removeFromParent();
@@ -92,13 +94,31 @@ export class Immersion {
     });
   }
 
-  #look(session: XRSession, { scale, ground }: Standing): void {
+  /**
+   * Draw what cameras see that stand on a platform in the map, each in its part of the page, from now on.
+   *
+   * @param frame Brings the platform to this moment; true if another picture is wanted soon.
+   */
+  divide(platform: Group, views: readonly ViewShare[], frame: () => boolean): void {
+    this.#kept.view = "first"; // names would be cut where screens meet
+    this.stage.scene.add(platform);
+    this.stage.divide(views, (interval) => {
+      const moving = frame();
+      this.robot.advance(Math.min(interval, 100));
+      const { width, height, ratio } = this.stage.size;
+      const [first] = views;
+      this.#look(width * ratio, height * ratio, first?.camera ?? this.camera, 1, true);
+      this.world.robot.setBodyVisible(false);
+      return moving;
+    });
+  }
+
+  #look(width: number, height: number, camera: PerspectiveCamera, scale: number, ground: boolean): void {
     const look = this.#kept;
     const { viewport } = look;
-    const layer = session.renderState.baseLayer;
-    viewport.width = layer?.framebufferWidth ?? 1000;
-    viewport.height = layer?.framebufferHeight ?? 1000;
-    viewport.tangent = 1 / Math.max(this.camera.projectionMatrix.elements[5], 1e-3);
+    viewport.width = width;
+    viewport.height = height;
+    viewport.tangent = 1 / Math.max(camera.projectionMatrix.elements[5], 1e-3);
     viewport.pixelsPerMetre = viewport.height / (2 * viewport.tangent) / scale;
     viewport.metresPerPixel = 1 / viewport.pixelsPerMetre;
     look.inside = scale === 1;

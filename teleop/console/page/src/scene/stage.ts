@@ -14,13 +14,21 @@ const MOST_RATIO = 2;
  */
 export type Update = (interval: number, followsAtOnce: boolean) => boolean;
 
+/** A camera, and the part of the canvas's width that its picture takes, from 0 to 1. */
+export interface ViewShare {
+  readonly camera: PerspectiveCamera;
+  readonly left: number;
+  readonly width: number;
+}
+
 export class Stage {
   readonly scene = new ThreeScene();
   readonly camera = new PerspectiveCamera();
   readonly frameTimes = new FrameTimes();
   readonly #trouble = signal("");
   readonly #canvas: HTMLCanvasElement;
-  readonly #update: Update;
+  #update: Update;
+  #views: readonly ViewShare[] | undefined;
   readonly #renderer: WebGLRenderer | undefined;
   readonly #observer: ResizeObserver | undefined;
   readonly #ended = new AbortController();
@@ -127,6 +135,12 @@ export class Stage {
     }
   }
 
+  /** Draw these cameras' pictures side by side in place of the page's own. */
+  divide(views: readonly ViewShare[], update: Update): void {
+    [this.#views, this.#update] = [views, update];
+    this.invalidate();
+  }
+
   /** Where a headset's poses are given, while one is worn. */
   get roomSpace(): XRReferenceSpace | null {
     return this.#renderer?.xr.getReferenceSpace() ?? null;
@@ -156,13 +170,29 @@ export class Stage {
     return undefined;
   }
 
+  #render(renderer: WebGLRenderer): void {
+    const { width, height, ratio } = this.#size;
+    if (this.#views === undefined) {
+      renderer.render(this.scene, this.camera);
+      return;
+    }
+    renderer.setScissorTest(true);
+    for (const { camera, left, width: share } of this.#views) {
+      // Whole pixels of the screen, so that no column belongs to two pictures or to none.
+      const [from, to] = [left, left + share].map((edge) => Math.round(edge * width * ratio) / ratio) as [number, number];
+      renderer.setViewport(from, 0, to - from, height);
+      renderer.setScissor(from, 0, to - from, height);
+      renderer.render(this.scene, camera);
+    }
+  }
+
   #frame(now: number): void {
     this.#request = undefined;
     const before = performance.now();
     this.#moving = this.#update(Math.max(now - this.#last, 0), this.#moving);
     this.#last = now;
     if (this.#renderer !== undefined && !this.#renderer.getContext().isContextLost()) {
-      this.#renderer.render(this.scene, this.camera);
+      this.#render(this.#renderer);
     }
     this.frameTimes.add(performance.now() - before);
     if (this.#moving) {

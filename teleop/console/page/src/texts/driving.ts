@@ -91,6 +91,7 @@ export const drivingTexts = {
     refusedConnection: ["The robot refuses the connection.", "Log in, or see what the connection panel says."],
     unknownDialect: ["Waiting for the robot's first answer.", "This takes a moment."],
     unguarded: ["Nothing guards this robot: no deadman, no watchdog, no e-stop.", "Confirm below that you want to drive it all the same."],
+    recording: ["This is a recording.", "“Back to the robot” ends it."],
     watching: ["You may only watch.", "Log in with a token that may drive."],
     noState: ["Waiting for the robot to say who drives.", "This takes a moment."],
     centring: ["The stick was pushed before its deadman button.", "Let go of the stick first, then drive."],

@@ -1,6 +1,7 @@
 /** Words of sharing a robot. */
 
-const ROLES: Readonly<Record<string, string>> = { view: "watches", operate: "drives", admin: "administers" };
+const ROLES: Readonly<Record<string, string>> = {
+  recording: "a recording", view: "watches", operate: "drives", admin: "administers" };
 
 /** Return a time [s] in the unit that suits it. */
 function lasting(seconds: number): string {

@@ -22,7 +22,7 @@ export function SharePart({ sharing, session, state }: { readonly sharing: Shari
         ))}
       </ul>
       <button type="button" onClick={look}>{texts.look}</button>
-      {session.mayShare ? <LinkMaker sharing={sharing} role={session.role} /> : session.role !== "view" && <p class="panel-quiet">{texts.notHere}</p>}
+      {session.mayShare ? <LinkMaker sharing={sharing} role={session.role} /> : !["view", "recording"].includes(session.role) && <p class="panel-quiet">{texts.notHere}</p>}
       <p role="status">{sharing.outcome.value}</p>
       {session.mayShare && <Tokens sharing={sharing} />}
     </details>

@@ -1,0 +1,125 @@
+"""The page as a wall of screens: pictures that meet to the pixel, the same moment on each, and nothing that drives."""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import io
+from collections import deque
+from collections.abc import AsyncIterator
+from contextlib import asynccontextmanager
+from pathlib import Path
+from statistics import median
+
+import numpy as np
+import pytest
+from PIL import Image
+from playwright.async_api import Page
+
+from localization.maps.cloud import Cloud
+from robot_sim import World
+from tests.teleop.console.conftest import PATIENCE, Pages, Served, page_address
+from tests.teleop.console.hands import seen
+from tests.teleop.console.paced_robot import paced_robot
+from tests.teleop.support import in_a_loop
+
+pytestmark = [pytest.mark.process, pytest.mark.slow, pytest.mark.untraced]
+
+THREE = "?screen=0,1,1.2,90,2,1.5&screen=1,0,1.2,0,2,1.5&screen=0,-1,1.2,-90,2,1.5&eye=0.3,0.2,1.5"
+"""Screens to the left, ahead and to the right of somebody who stands aside of their middle."""
+SIZE = {"width": 1200, "height": 300}
+BUILDING = "try { localStorage.setItem('farsteer.shown', JSON.stringify({ cloud: false, scan: false, oldSweeps: false })); } catch {}"
+FRAME = 1000.0 / 60.0
+"""Of a screen [ms]."""
+WAY = 0.06
+"""What the slower of two links takes, each way [s]."""
+
+
+@in_a_loop
+async def test_pictures_of_three_screens_meet_to_the_pixel_and_keys_drive_nothing(
+    page_of: Pages, office: World, office_cloud: Cloud, cache: Path
+) -> None:
+    async with (
+        paced_robot(office, office_cloud, cache) as robot,
+        page_of(f"{robot.page}{THREE}", scripts=[BUILDING], viewport=SIZE) as visit,
+    ):
+        page = visit.page
+        robot.place()
+        await seen(page)
+        await _shown(page)
+        assert await page.get_by_role("button", name="Emergency stop").count() == 0
+        await page.keyboard.down("w")
+        await asyncio.sleep(1.0)
+        await page.keyboard.up("w")
+        assert not any(tick.moves for tick in robot.ticks)
+        picture = np.asarray(Image.open(io.BytesIO(await page.screenshot())).convert("RGB"), float)
+        assert picture.std() > 10.0, "nothing is seen"
+        for edge in (400, 800):
+            differences = {shift: _difference(picture, edge, shift) for shift in range(-5, 6)}
+            assert min(differences, key=lambda shift: differences[shift]) == 0, differences
+            assert differences[0] < 2.0, differences
+        assert visit.errors == []
+
+
+def _difference(picture: np.ndarray, edge: int, shift: int) -> float:
+    """Return how different the columns at both sides of an edge are, one of them moved up by some pixels."""
+    before, after = picture[10:-10, edge - 1], np.roll(picture[:, edge], -shift, axis=0)[10:-10]
+    return float(np.abs(before - after).mean())
+
+
+async def _shown(page: Page) -> float:
+    """Wait for a picture; return by how much its stamp is ahead of the machine's clock [ms]."""
+    async with asyncio.timeout(60.0):
+        while True:
+            found = await page.evaluate("farsteerFigures().wall")
+            if found and found.get("stamp"):
+                return 1000.0 * float(found["stamp"]) - float(found["at"])
+            await asyncio.sleep(0.05)
+
+
+@pytest.mark.long
+@in_a_loop
+async def test_pages_on_links_of_different_delay_show_the_same_stamp_within_a_frame(
+    page_of: Pages, served: Served
+) -> None:
+    async with served(lockstep=False) as robot, _slow(robot.port) as port:
+        near, far = page_address(robot), f"http://127.0.0.1:{port}/"
+        query, size = "?screen=1,0,1.2,0,2,1.5", {"width": 300, "height": 200}
+        async with (
+            page_of(f"{near}{query}", scripts=[BUILDING], viewport=size) as one,
+            page_of(f"{far}{query}", scripts=[BUILDING], viewport=size) as other,
+        ):
+            await seen(one.page)
+            await seen(other.page)
+            apart: deque[float] = deque([60.0] * 20, maxlen=20)
+            # A machine that is too busy to keep the simulation's pace makes its clock jump; without it they stay together.
+            async with asyncio.timeout(PATIENCE):
+                while abs(median(apart)) >= FRAME:
+                    await asyncio.sleep(0.2)
+                    apart.append(await _shown(one.page) - await _shown(other.page))
+
+
+@asynccontextmanager
+async def _slow(target: int) -> AsyncIterator[int]:
+    """Pass connections on to a port, each way by ``WAY`` later; yield the port to connect to."""
+    loop, sinks = asyncio.get_running_loop(), list[asyncio.StreamWriter]()
+
+    async def passed(source: asyncio.StreamReader, sink: asyncio.StreamWriter) -> None:
+        with contextlib.suppress(ConnectionError):
+            while piece := await source.read(65_536):
+                loop.call_later(WAY, sink.write, piece)
+        loop.call_later(WAY, sink.close)
+
+    async def connected(reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
+        there, back = await asyncio.open_connection("127.0.0.1", target)
+        sinks.extend((back, writer))
+        await asyncio.gather(passed(reader, back), passed(there, writer))
+
+    server = await asyncio.start_server(connected, "127.0.0.1", 0)
+    try:
+        yield server.sockets[0].getsockname()[1]
+    finally:
+        server.close()
+        for sink in sinks:
+            sink.transport.abort()
+        await asyncio.sleep(2 * WAY)
