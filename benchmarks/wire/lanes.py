@@ -87,11 +87,13 @@ async def measured(name: str, rate: float, trials: int) -> list[Figure]:
                     client, op="subscribe", topic=topic, throttle_rate=throttle, compression=coding
                 )
             await asyncio.sleep(6.0)
-            for ages in (*seen.ages.values(), seen.clouds):
+            for ages in seen.ages.values():
                 ages.clear()
+            seen.clouds.clear()
             begun = asyncio.get_running_loop().time()
             pressing = asyncio.ensure_future(_press(client, seen, trials))
-            await asyncio.wait({pressing, listening}, return_when=asyncio.FIRST_COMPLETED)
+            both: set[asyncio.Future[Any]] = {pressing, listening}
+            await asyncio.wait(both, return_when=asyncio.FIRST_COMPLETED)
             if not pressing.done():
                 listening.result()
             sent, answered = pressing.result()

@@ -132,9 +132,8 @@ def test_explanation_names_only_notable_kinds() -> None:
 
 def test_what_is_seen_above_a_map_that_was_cut_counts_for_nothing() -> None:
     whole = HALL.cloud(0.2)
-    cut = Cloud(
-        *(part[whole.points[:, 2] < 1.0] for part in (whole.points, whole.normals)), name="cut"
-    )
+    low = whole.points[:, 2] < 1.0
+    cut = Cloud(whole.points[low], whole.normals[low], name="cut")
     sweep = HALL.sweep(HERE)
     assert (sweep.points[:, 2] > 1.3).mean() > 0.1, "it sees what was cut off"
     world = prepare(cut)
