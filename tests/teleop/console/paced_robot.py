@@ -149,6 +149,7 @@ async def paced_robot(
     tokens: Path | None = None,
     stepper: str = "",
     runs: Path = Path("runs/recorded"),
+    guard: bool = True,
 ) -> AsyncIterator[PacedRobot]:
     """Serve a robot with its page, stepped at the pace of the clock.
 
@@ -159,10 +160,11 @@ async def paced_robot(
         tokens: File of tokens; without one everybody may do everything.
         stepper: Token of the client that steps the robot.
         runs: Folder of recorded runs.
+        guard: Whether the robot has its guard.
     """
     config = ServeConfig(port=0, lockstep=True, tokens=tokens, runs=runs)
     prepared = prepare(cloud, cache=cache)
-    stepped = build_stepped_robot(RobotParts(world), cloud, prepared, config)
+    stepped = build_stepped_robot(RobotParts(world, guard=guard), cloud, prepared, config)
     service, simulation = LockstepService(stepped), stepped.robot.simulation
     stepped.gateway.offer_files(scene_cloud_path(world.name), surfaces_of(cloud, cache=cache))
     async with stepped.gateway.server as server:
