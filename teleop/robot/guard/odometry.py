@@ -25,6 +25,8 @@ _STANDS: Final = 0.01
 _BIAS: Final = 0.03
 """Largest turn rate of a standing robot that is taken for a part of the gyro's bias [rad/s]: three times that of a small
 MEMS unit at switching on; more is a robot that is turned by hand."""
+_FASTEST: Final = 20.0
+"""Speed of a wheel's rim from which on an encoder is wrong [m/s]: ten times that of the fastest platform."""
 _TREMBLE: Final = 0.02
 """Turn rate that is taken for the gyro's noise [rad/s]: what stands beside a robot that drives straight on would else seem
 to come nearer now and then."""
@@ -65,6 +67,8 @@ class Odometry:
         elif isinstance(reading, WheelSpeeds):
             dt = (reading.stamp - self._wheel_stamp) / SECOND
             self._wheel_stamp = reading.stamp
+            if not max(abs(reading.left), abs(reading.right)) < _FASTEST:
+                return
             self.stands = max(abs(reading.left), abs(reading.right)) < _STANDS
             forward = 0.5 * (reading.left + reading.right)
             turn = (reading.right - reading.left) / self._track

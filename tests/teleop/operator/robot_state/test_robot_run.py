@@ -99,6 +99,7 @@ def control(state: str = "idle", reason: str = "", who: str = "") -> dict[str, A
         "controller": who,
         "estop": state == "estop",
         "linear": 0.0,
+        "angular": 0.0,
     }
 
 

@@ -127,6 +127,13 @@ def test_what_is_remembered_stays_where_it_is_while_the_robot_stands() -> None:
     assert odometry.pose[2] == pytest.approx(0.5, abs=0.02)
 
 
+def test_encoder_that_reports_what_no_wheel_does_carries_nothing() -> None:
+    odometry = Odometry(P3AT(), Outline(0.25, 0.25, 0.23))
+    for tick, speed in enumerate((0.5, math.inf, math.nan, 1e300, 0.5), start=1):
+        odometry.add(WheelSpeeds(tick * 20_000_000, speed, speed))
+    assert odometry.pose == pytest.approx((0.02, 0.0, 0.0))
+
+
 def test_robot_that_came_forward_backs_out_at_full_speed_only_as_it_came(room: World) -> None:
     drive = robot_in(room, 3.0, 4.0)
     hold(drive, 0.6, 0.0, 2.0)
