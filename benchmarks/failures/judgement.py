@@ -65,7 +65,8 @@ class Wheels:
         self._forward: FloatArray = np.abs([0.5 * (r.left + r.right) for r in found])
 
     def stop(self, failed: float, until: float) -> Stop | None:
-        """Judge the time from a failure [s] to the end of what was watched [s]; None if the robot hardly moved."""
+        """Judge the time from a failure [s] to the end of what was watched [s]; None if the robot hardly moved, or the log
+        ends within it."""
         inside = (self._times >= failed) & (self._times <= until)
         times, speeds = self._times[inside] - failed, self._forward[inside]
         if len(times) < 10 or speeds[:3].max() < MOVING:
@@ -76,10 +77,14 @@ class Wheels:
         braked = float(halved - 0.5 * speed / BRAKING)
         allowed = REQUEST + LAG + speed / BRAKING
         late = speeds[times > allowed + LAG]
+        if not len(
+            late
+        ):  # the log ends before: the estimator that writes it was killed in the next trial
+            return None
         return Stop(
             speed=speed,
             braked_after=braked,
             way=float((speeds[1:] * np.diff(times)).sum()),
             bound=speed * (REQUEST + LAG) + speed**2 / (2.0 * BRAKING),
-            drove_on=float(late.max()) if len(late) else np.inf,
+            drove_on=float(late.max()),
         )
