@@ -19,10 +19,10 @@ _COARSE: Final = np.array([0.8, 0.6, 0.4, 0.2])
 """Factors that are tried if the whole command is not admissible."""
 _FINE: Final = np.array([0.15, 0.1, 0.05, 0.0])
 """What is then tried on top of the largest admissible one of them: steps of 0.035 m/s at full speed."""
-_SQUEEZE: Final = 0.015
-"""Margin at which the robot may still creep out of where it stands too near to something [m]: a sigma of the scanners and
-the drift of odometry within a scan. The nearest of the many points of a wall is two sigma nearer than the wall. What no scanner
-sees has no such points, so that it is not squeezed past."""
+_SQUEEZE: Final = 0.02
+"""Margin at which the robot may still creep out of where it stands too near to something [m]: four sigma of smoothed ranges,
+so that who pushes on for minutes waits in vain for a scan that shows more room than there is. What no scanner sees is not
+squeezed past."""
 _RELEASE: Final = 0.03
 """What the margin grows by while an obstacle stops the robot [m]: more than the nearest of many returns trembles by from
 scan to scan, so that it does not twitch (navigation2 PR 2982)."""
@@ -98,8 +98,7 @@ class Rule:
             held: Whether an obstacle stops the robot already.
         """
         asked = np.array([command])
-        motion = self.braking(speeds, asked, reaction)
-        gaps = self.outline.gaps(motion.poses, points.xy)
+        motion, gaps = self._along(speeds, asked, reaction, points)
         short = (gaps < self._needed(gaps, asked, motion, points, scan_age, held))[0]
         if not short.any():
             return 1.0, motion, None
@@ -110,8 +109,7 @@ class Rule:
         share = 0.0
         for shares in (_COARSE, _FINE):
             tried = (share + shares)[:, None] * asked
-            slower = self.braking(speeds, tried, reaction)
-            distances = self.outline.gaps(slower.poses, kept.xy)
+            slower, distances = self._along(speeds, tried, reaction, kept)
             needed = self._needed(distances, tried, slower, kept, scan_age, held)
             good = (distances >= needed).all(axis=(1, 2))
             share += float(shares[np.argmax(good)]) if good.any() else 0.0
@@ -121,8 +119,7 @@ class Rule:
     def admits(self, command: tuple[float, float], points: Points, *, held: bool) -> bool:
         """Return whether a robot at rest may do this for a moment."""
         asked = np.array([command])
-        motion = self.braking((0.0, 0.0), asked, self.config.lag)
-        gaps = self.outline.gaps(motion.poses, points.xy)
+        motion, gaps = self._along((0.0, 0.0), asked, self.config.lag, points)
         return bool((gaps >= self._needed(gaps, asked, motion, points, 0.0, held)).all())
 
     def room(self, command: tuple[float, float], length: float, points: Points) -> Room:
@@ -157,6 +154,27 @@ class Rule:
         near = self._near(points, decides, float(gaps[0, decides]), poses[: first + 1])
         return Room(free, near)
 
+    def _along(
+        self, speeds: tuple[float, float], commands: FloatArray, reaction: float, points: Points
+    ) -> tuple[Motion, FloatArray]:
+        """Return the motions of commands (K, 2), and the distances (K, S, N) of points along them.
+
+        A skid-steer that creeps may not turn at all before its wheels' friction gives way: in that case the robot goes
+        straight on, so that neither way may come too near.
+        """
+        motion = self.braking(speeds, commands, reaction)
+        gaps = self.outline.gaps(motion.poses, points.xy)
+        sticks = (self._rim(commands) <= CREEP) & commands.all(axis=1)
+        if sticks.any():
+            straight = self.braking(speeds, commands[sticks] * (1.0, 0.0), reaction)
+            gaps[sticks] = np.minimum(gaps[sticks], self.outline.gaps(straight.poses, points.xy))
+        return motion, gaps
+
+    def _rim(self, commands: FloatArray) -> FloatArray:
+        """Return the speeds (K,) of the robot's fastest point [m/s]."""
+        rim: FloatArray = np.abs(commands[:, 0]) + self.outline.radius * np.abs(commands[:, 1])
+        return rim
+
     def _near(self, points: Points, i: int, gap: float, way: FloatArray) -> Near:
         """Return the obstacle of a point, which the robot meets at the end of a way (S, 3)."""
         length = float(np.hypot(*np.diff(way[:, :2], axis=0).T).sum())
@@ -178,7 +196,7 @@ class Rule:
         Never more than there is now: what is too near already may not come nearer, and anything else may.
         """
         now = gaps[:, 0, :]
-        rim = np.abs(commands[:, 0]) + self.outline.radius * np.abs(commands[:, 1])
+        rim = self._rim(commands)
         rest = self.config.margin + _RELEASE * held
         squeezed = np.clip(now.min(axis=1, initial=rest), _SQUEEZE, rest)
         margin = (rest + self.config.skew * rim)[:, None]

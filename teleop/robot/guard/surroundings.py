@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections import deque
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Final
 
 import numpy as np
@@ -55,6 +55,11 @@ _FLOOR: Final = 0.05
 """By so much the floor may rise per metre to the side without being an obstacle: that tilt, on its way."""
 _GRID: Final = 0.03
 """Points of one cell count once [m]."""
+_SMOOTHED: Final = 3
+"""Beams to either side over which a range is averaged: sigma falls from 12 to 4.5 mm, and a sharp corner 0.4 m away seems
+4 mm farther."""
+_SURFACE: Final = 0.05
+"""Difference between two ranges up to which they lie on one surface [m]: four sigma."""
 _BLIND_RUN: Final = 3
 """Adjacent beams that must measure something nearer than they can: one alone may be a fault."""
 
@@ -147,6 +152,7 @@ class Surroundings:
     def _take_horizontal(
         self, scan: Scan, mount: Pose, poses: FloatArray, odometry: Odometry
     ) -> None:
+        scan = replace(scan, ranges=_smoothed(scan.ranges))
         points = _points(scan, mount)
         hit = np.isfinite(scan.ranges) & (scan.ranges < REACH + 1.0)
         seen = _planar(points[hit], poses[hit])
@@ -233,6 +239,18 @@ class Surroundings:
         fresh[:, :2], fresh[:, 2], fresh[:, 5] = seen, VERTICAL, crossed
         fresh[:, 7] = odometry.driven
         self._points = _thinned(np.concatenate((fresh, self._points[~renewed])))
+
+
+def _smoothed(ranges: FloatArray) -> FloatArray:
+    """Return ranges (B,) averaged along each surface, by pairs of beams, so that one that slants stays where it is."""
+    total, count = np.where(np.isfinite(ranges), ranges, 0.0), np.ones(len(ranges))
+    for k in range(1, min(_SMOOTHED, (len(ranges) - 1) // 2) + 1):
+        before, middle, after = ranges[: -2 * k], ranges[k:-k], ranges[2 * k :]
+        with np.errstate(invalid="ignore"):
+            same = (np.abs(before - middle) < _SURFACE) & (np.abs(after - middle) < _SURFACE)
+            total[k:-k] += np.where(same, before + after, 0.0)
+        count[k:-k] += 2.0 * same
+    return np.where(np.isfinite(ranges), total / count, ranges)
 
 
 def _filled(ranges: FloatArray) -> FloatArray:
