@@ -2,14 +2,20 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
+from typing import Final
 
 import numpy as np
 
 from localization.geometry import FloatArray
 
-_SHARES = np.linspace(0.0, 1.0, 28)
-"""Poses along a motion: at 0.7 m/s and 1.6 s they are 3 cm apart on average, less than a table's leg is thick."""
+_MOST: Final = 28
+"""Poses along a motion at most: at 0.7 m/s and 1.6 s they are 3 cm apart on average, less than a table's leg is thick."""
+_FEWEST: Final = 6
+"""Poses along the shortest one, of which two may be for the reaction time: chosen."""
+_APART: Final = 0.03
+"""Distance between two of them [m]."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -32,8 +38,17 @@ class Motion:
     """(K, S) time of each pose [s]."""
 
 
+def poses_along(reach: float) -> int:
+    """Return how many poses stand for a motion on which no point goes further than ``reach`` [m]."""
+    return max(_FEWEST, min(math.ceil(reach / _APART) + 1, _MOST))
+
+
 def to_standstill(
-    speeds: tuple[float, float], commands: FloatArray, ramps: Ramps, reaction: float
+    speeds: tuple[float, float],
+    commands: FloatArray,
+    ramps: Ramps,
+    reaction: float,
+    poses: int,
 ) -> Motion:
     """Return where the robot goes if each command is followed for the reaction time, and then braked.
 
@@ -44,6 +59,7 @@ def to_standstill(
         commands: (K, 2) commanded ones.
         ramps: Limits of the drive.
         reaction: Time for which the command is followed [s].
+        poses: Number S of poses along each motion.
     """
     now, loss = np.array(speeds)[:, None, None], np.array(ramps.loss)[:, None, None]
     ahead = np.where(now < 0.0, -1.0, 1.0)
@@ -52,16 +68,16 @@ def to_standstill(
     reached = _ramped(now, goal, gain, loss, reaction)
     rest = np.abs(reached)
     end = reaction + (rest / loss).max(axis=0)
-    times = end * _SHARES
+    times = end * np.linspace(0.0, 1.0, poses)
     left = np.sign(reached) * np.maximum(rest - loss * (times - reaction), 0.0)
     speed = ahead * np.where(times <= reaction, _ramped(now, goal, gain, loss, times), left)
     steps = (speed[..., 1:] + speed[..., :-1]) * (0.5 * times[:, 1:2])
-    poses = np.zeros((*times.shape, 3))
-    np.cumsum(steps[1], axis=1, out=poses[:, 1:, 2])
-    heading = poses[:, 1:, 2] - 0.5 * steps[1]
-    np.cumsum(steps[0] * np.cos(heading), axis=1, out=poses[:, 1:, 0])
-    np.cumsum(steps[0] * np.sin(heading), axis=1, out=poses[:, 1:, 1])
-    return Motion(poses, times)
+    way = np.zeros((*times.shape, 3))
+    np.cumsum(steps[1], axis=1, out=way[:, 1:, 2])
+    heading = way[:, 1:, 2] - 0.5 * steps[1]
+    np.cumsum(steps[0] * np.cos(heading), axis=1, out=way[:, 1:, 0])
+    np.cumsum(steps[0] * np.sin(heading), axis=1, out=way[:, 1:, 1])
+    return Motion(way, times)
 
 
 def _ramped(

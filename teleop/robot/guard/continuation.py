@@ -25,8 +25,13 @@ _STRAIGHT: Final = 0.025
 """Root mean square of the distances from a line up to which beams lie on it [m]: two sigma."""
 _LEAST: Final = 0.08
 """Length of a surface that shows its direction [m]: with 22 beams of 12 mm to 6 degrees; chosen."""
-_ON: Final = 1.0
-"""How far a surface is taken to go on [m]: the robot's length, and its way to standstill."""
+_ON: Final = 1.5
+"""How far a surface is taken to go on, as a share of what is seen of it: the last 45 degrees show of a wall beside the robot
+two thirds of what then lies hidden up to its rear corner, and of a cupboard's corner next to nothing."""
+_ENDS: Final = 3
+"""Outermost beams whose mean must lie on the surface: otherwise it has ended, and something else is seen."""
+_OFF: Final = 0.015
+"""Distance from the line up to which they do [m]: three sigma of smoothed ranges."""
 _STEP: Final = 0.03
 """Distance between the points that stand for it [m]: the grid of the others."""
 
@@ -69,10 +74,12 @@ def _beyond(ends: FloatArray) -> FloatArray:
         axis = np.array([math.cos(angle), math.sin(angle)])
         across = 0.5 * (xx + yy - math.hypot(xx - yy, 2.0 * xy))
         along = apart @ axis
-        if along.max() - along.min() < _LEAST or across > _STRAIGHT * _STRAIGHT:
+        length = float(along.max() - along.min())
+        off = abs(float(apart[:_ENDS].mean(axis=0) @ (-axis[1], axis[0])))
+        if length < _LEAST or across > _STRAIGHT * _STRAIGHT or off > _OFF:
             continue
         way = axis if along[0] > along[-1] else -axis
         begin = abs(float(along[0]))
-        on: FloatArray = middle + np.arange(begin, begin + _ON, _STEP)[:, None] * way
+        on: FloatArray = middle + np.arange(begin, begin + _ON * length, _STEP)[:, None] * way
         return on
     return np.zeros((0, 2))

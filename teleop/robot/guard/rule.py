@@ -9,16 +9,14 @@ from typing import Final
 import numpy as np
 
 from localization.geometry import FloatArray
-from teleop.robot.guard.braking import Motion, Ramps, to_standstill
+from teleop.robot.guard.braking import Motion, Ramps, poses_along, to_standstill
 from teleop.robot.guard.outline import Outline
 from teleop.robot.guard.settings import CREEP, GuardConfig
 from teleop.robot.guard.surroundings import SOURCES, UNSEEN, Points
 from teleop.robot.guard.verdict import Near
 
-_COARSE: Final = np.array([0.8, 0.6, 0.4, 0.2])
-"""Factors that are tried if the whole command is not admissible."""
-_FINE: Final = np.array([0.15, 0.1, 0.05, 0.0])
-"""What is then tried on top of the largest admissible one of them: steps of 0.035 m/s at full speed."""
+_SHARES: Final = np.linspace(0.95, 0.05, 19)
+"""Factors that are tried if the whole command is not admissible: steps of 0.035 m/s at full speed."""
 _SQUEEZE: Final = 0.02
 """Margin at which the robot may still creep out of where it stands too near to something [m]: four sigma of smoothed ranges,
 so that who pushes on for minutes waits in vain for a scan that shows more room than there is. What no scanner sees is not
@@ -55,7 +53,9 @@ class Rule:
 
     def braking(self, speeds: tuple[float, float], commands: FloatArray, reaction: float) -> Motion:
         """Return where the robot goes if it follows each of commands (K, 2) and then brakes."""
-        return to_standstill(speeds, commands, self.ramps, reaction)
+        fastest = float(np.abs(commands[:, 0]).max()), float(np.abs(commands[:, 1]).max())
+        reach, _ = self.bound(speeds, fastest, reaction)
+        return to_standstill(speeds, commands, self.ramps, reaction, poses_along(reach))
 
     def bound(
         self, speeds: tuple[float, float], command: tuple[float, float], reaction: float
@@ -106,13 +106,11 @@ class Rule:
         which = np.flatnonzero(short[first])
         decides = int(which[np.argmin(gaps[0, first, which])])
         kept = points.of((gaps[0].min(axis=0) < _SLACK) | points.moving)
-        share = 0.0
-        for shares in (_COARSE, _FINE):
-            tried = (share + shares)[:, None] * asked
-            slower, distances = self._along(speeds, tried, reaction, kept)
-            needed = self._needed(distances, tried, slower, kept, scan_age, held)
-            good = (distances >= needed).all(axis=(1, 2))
-            share += float(shares[np.argmax(good)]) if good.any() else 0.0
+        tried = _SHARES[:, None] * asked
+        slower, distances = self._along(speeds, tried, reaction, kept)
+        needed = self._needed(distances, tried, slower, kept, scan_age, held)
+        good = (distances >= needed).all(axis=(1, 2))
+        share = float(_SHARES[np.argmax(good)]) if good.any() else 0.0
         near = self._near(points, decides, float(gaps[0, 0, decides]), motion.poses[0, : first + 1])
         return share, motion, near
 
@@ -166,7 +164,8 @@ class Rule:
         gaps = self.outline.gaps(motion.poses, points.xy)
         sticks = (self._rim(commands) <= CREEP) & commands.all(axis=1)
         if sticks.any():
-            straight = self.braking(speeds, commands[sticks] * (1.0, 0.0), reaction)
+            unturned = commands[sticks] * (1.0, 0.0)
+            straight = to_standstill(speeds, unturned, self.ramps, reaction, len(motion.times[0]))
             gaps[sticks] = np.minimum(gaps[sticks], self.outline.gaps(straight.poses, points.xy))
         return motion, gaps
 

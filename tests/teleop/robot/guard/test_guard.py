@@ -252,6 +252,25 @@ def test_robot_that_an_obstacle_stops_does_not_twitch(room: World) -> None:
     assert released <= 1
 
 
+def test_wall_seems_no_nearer_by_the_nearest_of_many_returns(room: World) -> None:
+    """A sigma of 12 mm would show it 3 cm too near, and now and then where it is: who pushes on would then come nearer."""
+    drive = robot_in(room, 9.4, 4.0)
+    assert drive.guard is not None
+    gaps = []
+    for _ in range(30):
+        hold(drive, 0.0, 0.0, 0.1)
+        gaps.append(drive.guard.room((0.7, 0.0), 1.0).length)
+    true = 10.0 - 9.4 - 0.254 - 0.036
+    assert true - 0.02 <= np.mean(gaps) <= true  # looked for in steps of 2 cm
+
+
+def test_robot_set_down_beside_a_corner_may_back_off() -> None:
+    """Its long side does not go on behind the robot: the last beams of the fan have seen round the corner."""
+    box = '[[furniture]]\ntype = "box"\nat = [3.02, 5.08]\nsize = [1.0, 0.4, 1.0]\nyaw = 121.5\n'
+    drive = robot_in(room_with(box), 4.0, 4.0)
+    assert hold(drive, 0.0, 0.0, 0.2)[-1].guard.ways.backward
+
+
 def test_timeouts_of_scanner_and_commands_do_not_add_up(room: World) -> None:
     """innate-os#576: both fall silent at once, and the robot stands as soon as by the watchdog alone."""
     drive = robot_in(room, 2.0, 4.0)

@@ -133,7 +133,17 @@ def test_way_back_along_the_arc_just_driven_is_never_closed(
     assert RULE.admits((-speed, -speed * bend), known, held=False)
 
 
-@given(st.floats(0.0, math.tau), st.floats(0.016, 0.3))
+@given(CLOUDS, st.floats(-0.1, 0.1).filter(bool), st.floats(-0.2, 0.2))
+def test_who_creeps_may_go_straight_on_if_friction_swallows_the_turn(
+    cloud: list[tuple[float, float]], forward: float, turn: float
+) -> None:
+    known = outside(cloud)
+    assume(len(known.xy) and abs(forward) + RULE.outline.radius * abs(turn) <= CREEP)
+    if RULE.admits((forward, turn), known, held=False):
+        assert RULE.admits((forward, 0.0), known, held=False)
+
+
+@given(st.floats(0.0, math.tau), st.floats(0.021, 0.3))
 def test_some_way_leads_off_any_single_thing_however_near(bearing: float, gap: float) -> None:
     ray = np.array([math.cos(bearing), math.sin(bearing)])
     distances = np.linspace(0.2, 0.9, 701)
