@@ -25,7 +25,7 @@ from teleop.robot.guard.odometry import Odometry
 from teleop.robot.guard.outline import Box, Outline
 from teleop.robot.guard.rule import Room, Rule
 from teleop.robot.guard.settings import CREEP, GuardConfig
-from teleop.robot.guard.surroundings import DRIFT, REACH, Points, Surroundings
+from teleop.robot.guard.surroundings import DRIFT, MEMORY, REACH, Points, Surroundings
 from teleop.robot.guard.verdict import STANDSTILL, GuardState, GuardVerdict, Ways
 from teleop.robot.guard.words import motion_words, place_words
 
@@ -39,6 +39,9 @@ _OLDEST: Final = SECOND
 
 _LITTLE: Final = 0.1
 """Turn rate up to which a motion counts as straight on [rad/s]: sticks tremble by so much."""
+_APART: Final = 0.02
+"""How much nearer than on its way there the robot may come on its way back to what it does not see [m]: chosen:
+who goes back by hand strays by so much."""
 _SOMEBODY: Final = 2
 """Points that must have come to where nothing was until somebody counts as coming: at 1.5 m a leg has four."""
 
@@ -175,8 +178,8 @@ class Guard:
         if cap > 0.0 and not self._far_from(command, speeds, reaction, scan_age, held=held):
             reach, lasts = self.rule.bound(speeds, command, reaction)
             points = self._points(reach, lasts + scan_age)
-            if known:  # it has been there
-                points = replace(points, loose=0.0 * points.loose)
+            if known:
+                points = self._as_it_came(points, self.rule.margin(command, held=held))
             admitted, motion, near = self.rule.share(
                 speeds,
                 command,
@@ -238,6 +241,14 @@ class Guard:
         points = self._surroundings.within(radius + self.config.approach * lasts, self._odometry)
         near = points.moving | (np.einsum("ij,ij->i", points.xy, points.xy) < radius * radius)
         return points.of(near)
+
+    def _as_it_came(self, points: Points, margin: float) -> Points:
+        """Return points of which those that are not seen now need no more room than the path just driven left them."""
+        hidden = points.sources >= MEMORY
+        beside = self._odometry.beside_trail(points.xy[hidden]) - _APART
+        loose = np.zeros(len(points.xy))
+        loose[hidden] = np.minimum(beside - margin, 0.0)
+        return replace(points, loose=loose)
 
     def _clear(self) -> tuple[float, float]:
         """Return how far anything that stands, and anything that moves, is from the robot at least [m]."""

@@ -123,6 +123,13 @@ class Odometry:
         nearest: FloatArray = self._outline.gaps(np.array(self._trail), points).min(axis=0)
         return nearest < 0.0
 
+    def beside_trail(self, points: FloatArray) -> FloatArray:
+        """Return how near the robot came on the path just driven to points (N, 2) in ``base_link`` now [m]."""
+        trail = np.array(self._trail)
+        poses = np.column_stack((self.into_base(trail[:, :2]), trail[:, 2] - self.pose[2]))
+        nearest: FloatArray = self._outline.gaps(poses, points).min(axis=0)
+        return nearest
+
     def follows_trail(self, forward: float, turn: float) -> bool:
         """Return whether the next 0.4 m of the arc of a motion lie on the path just driven, within 0.1 m and 15 degrees.
 

@@ -53,10 +53,7 @@ async def test_person_logs_in_drives_is_carried_off_hints_stops_and_comes_back(
     tokens.touch(mode=0o600)
     tokens.write_text(TOKENS)
     async with (
-        # Without guard, for how far it comes, and so what it stands before, depends on how busy the machine is.
-        paced_robot(
-            office, office_cloud, cache, tokens=tokens, stepper=f"{TOKEN}-2", guard=False
-        ) as robot,
+        paced_robot(office, office_cloud, cache, tokens=tokens, stepper=f"{TOKEN}-2") as robot,
         page_of(
             robot.page,
             scripts=[GAMEPAD],

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from localization.types import Estimate, Health, Inertial, Pose, Reading, Scan, Twist, WheelSpeeds
-from robot_sim import P3AT, World
+from robot_sim import P3AT, World, load_world
 from teleop.joystick import VelocityRequest
 from teleop.robot.drive import Drive
 from teleop.robot.guard.guard import Guard
@@ -160,6 +160,16 @@ def test_robot_in_a_doorway_backs_out_as_it_came() -> None:
     back = hold(drive, -0.4, 0.0, 4.0)
     assert not touched(back)
     assert position(back[-1])[0] < 4.2
+
+
+def test_robot_backs_out_as_it_came_past_what_is_taken_to_go_on_unseen() -> None:
+    """In a narrow place walls seem to go on behind it; that it has come past them shows how near they can be."""
+    drive = robot_in(load_world("office"), 19.14, 2.87, -0.551)
+    came = hold(drive, 0.5, 0.0, 2.5)
+    hold(drive, 0.0, 0.0, 1.0)
+    back = hold(drive, -0.5, 0.0, 2.0)
+    assert position(came[-1])[0] - position(back[-1])[0] > 0.45
+    assert not touched(back)
 
 
 def test_drive_that_nothing_limits_has_the_same_bits_without_guard(room: World) -> None:
