@@ -1,15 +1,14 @@
-"""Joystick layouts, and ``sensor_msgs/Joy`` to and from velocity requests."""
+"""The joystick layout, and ``sensor_msgs/Joy`` to and from velocity requests."""
 
 from __future__ import annotations
 
-import json
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Final
 
 from localization.types import Twist
 from teleop.errors import TeleopError
-from teleop.package_data import assets
 
 
 class JoystickError(TeleopError, ValueError):
@@ -44,6 +43,10 @@ class JoystickLayout:
     """Turn rate at full deflection [rad/s]."""
 
 
+LAYOUT: Final = JoystickLayout()
+"""The layout of every client, which ``assets/joysticks/default.json`` gives to those in other languages."""
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class VelocityRequest:
     """The velocity that a client requests at one moment."""
@@ -59,18 +62,7 @@ class VelocityRequest:
         return not self.enabled or not (self.twist.linear.any() or self.twist.angular.any())
 
 
-def layouts() -> dict[str, JoystickLayout]:
-    """Return the shipped layouts by name (``assets/joysticks/*.json``)."""
-    found = {}
-    for file in (assets() / "joysticks").glob("*.json"):
-        layout = JoystickLayout(**json.loads(file.read_text(encoding="utf-8")))
-        found[layout.name] = layout
-    return dict(sorted(found.items()))
-
-
-def read_joy(
-    axes: Sequence[float], buttons: Sequence[int], layout: JoystickLayout
-) -> VelocityRequest:
+def read_joy(axes: Sequence[float], buttons: Sequence[int]) -> VelocityRequest:
     """Return the velocity that the axes and buttons of a ``sensor_msgs/Joy`` request.
 
     A missing deadman button counts as released.
@@ -78,6 +70,7 @@ def read_joy(
     Raises:
         JoystickError: If an axis is missing or is not a finite number.
     """
+    layout = LAYOUT
     needed = max(layout.forward_axis, layout.turn_axis) + 1
     if len(axes) < needed:
         raise JoystickError(
@@ -95,16 +88,14 @@ def read_joy(
     return VelocityRequest(twist, _pressed(buttons, layout.deadman_button))
 
 
-def write_joy(
-    twist: Twist, layout: JoystickLayout, *, enabled: bool = True
-) -> tuple[list[float], list[int]]:
+def write_joy(twist: Twist, *, enabled: bool = True) -> tuple[list[float], list[int]]:
     """Return axes and buttons that request a twist, saturated at full deflection.
 
     Args:
         twist: Wanted velocity.
-        layout: Assignment and scales.
         enabled: Whether deadman and turbo buttons are held.
     """
+    layout = LAYOUT
     axes = [0.0] * (max(layout.forward_axis, layout.turn_axis) + 1)
     buttons = [0] * (max(layout.deadman_button, layout.turbo_button) + 1)
     axes[layout.forward_axis] = _inverse(

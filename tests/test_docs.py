@@ -27,7 +27,6 @@ from localization import Health, LocalizerConfig, Pose, Verdict
 from localization.display.rerun_sink import viewer_program
 from robot_sim import IMU_MOUNT, MOUNTS, SimulationConfig
 from teleop.command_line import Command
-from teleop.joystick import JoystickLayout, layouts
 from teleop.operator.controls import keyboard
 from teleop.operator.controls.repeat_timing import LONGEST_HOLD, SHORTEST_HOLD, RepeatTiming
 from teleop.operator.operating_data import gears, operating_data, station_keys
@@ -472,10 +471,6 @@ def test_safety_has_the_settings_and_values_that_the_documentation_gives(heading
     assert given.keys() == {field.name for field in fields(config)} - {"stale"}
     for name, cell in given.items():
         assert getattr(config, name) == pytest.approx(value_in(cell, seconds=1e9)), name
-
-
-def test_shipped_layout_is_the_one_of_the_documentation() -> None:
-    assert layouts()["default"] == JoystickLayout()
 
 
 def test_steps_are_as_many_as_the_documentation_says() -> None:

@@ -16,7 +16,7 @@ from websockets.asyncio.client import ClientConnection, connect
 from websockets.exceptions import WebSocketException
 
 from localization.types import Twist
-from teleop.joystick import JoystickLayout, write_joy
+from teleop.joystick import write_joy
 
 _TURNING: Final = 0.3
 """Wheels turn for certain beyond this [rad/s]; their encoders make up to 0.1 of noise."""
@@ -117,7 +117,7 @@ class Driver:
                 self._silent, self._steady, self._stick = False, np.inf, 0.0
 
     async def _joy(self) -> None:
-        axes, buttons = write_joy(Twist.planar(0.0, 0.8 * self._stick), JoystickLayout())
+        axes, buttons = write_joy(Twist.planar(0.0, 0.8 * self._stick))
         self._number += 1
         name = f"driver {self._number}"
         self._sent[name] = asyncio.get_running_loop().time()

@@ -204,15 +204,18 @@ async def plain(said: Callable[[str], None]) -> None:
 def _around_stamp(topic: str, coding: str) -> tuple[bytes, bytes]:
     """Return a message's bytes before and after what is in its stamp."""
     registry = TypeRegistry()
-    codec = Codec(registry, stamps="ros2")
+    codec = Codec(registry)
     kind, built = registry[TOPICS[topic]], message(topic)
     built["header"]["stamp"] = {"sec": 77, "nanosec": 77}
     if coding == "j":
         text = f'{{"op":"publish","topic":"{topic}","msg":{codec.json(kind, built)}}}'
-        before, _, after = text.encode().partition(b'"sec":77,"nanosec":77')
+        stamp = b'"sec":77,"nanosec":77,"secs":77,"nsecs":77'
+        before, _, after = text.encode().partition(stamp)
     else:
         operation = {"op": "publish", "topic": topic, "msg": codec.cbor(kind, built)}
-        before, _, after = write_cbor(operation).partition(b"\x63sec\x18\x4d\x67nanosec\x18\x4d")
+        stamp = b"\xa4\x63sec\x18\x4d\x67nanosec\x18\x4d\x64secs\x18\x4d\x65nsecs\x18\x4d"
+        before, _, after = write_cbor(operation).partition(stamp)
+        before += b"\xa2"  # a map of two: theirs have the names of ROS 2 alone
     return before, after
 
 

@@ -18,7 +18,7 @@ from typing import Any, Final
 from websockets.sync.client import connect
 
 from localization.types import Twist
-from teleop.joystick import JoystickLayout, write_joy
+from teleop.joystick import write_joy
 
 PERIOD: Final = 0.05
 """Time between two positions of the stick [s]."""
@@ -33,7 +33,7 @@ def joy(number: int, forward: float, turn: float, then: str, failed: bool) -> di
     """Return the ``sensor_msgs/Joy`` number so and so, as it is before or after the failure."""
     pushed = number >= NEUTRAL
     request = Twist.planar(forward, turn) if pushed else Twist.planar(0.0, 0.0)
-    axes, buttons = write_joy(request, JoystickLayout())
+    axes, buttons = write_joy(request)
     now = time.time() + (HOUR if failed and then == "clock" else 0)
     stamp = {"sec": int(now), "nanosec": int(now % 1 * 1e9)}
     values: list[Any] = [*axes]

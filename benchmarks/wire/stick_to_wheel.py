@@ -18,7 +18,7 @@ import numpy as np
 from benchmarks.wire.served_robot import served_robot
 from localization.types import Twist, WheelSpeeds
 from robot_sim import P3AT, Simulation, load_world
-from teleop.joystick import JoystickLayout, write_joy
+from teleop.joystick import write_joy
 from teleop.ros_types import registry
 from teleop.rosbridge.client.client import Client
 
@@ -77,7 +77,7 @@ async def _starts(client: Client) -> Starts:
             seen["turning"] = seen["turning"] or time.monotonic_ns()
 
     async def joy(speed: float) -> None:
-        axes, buttons = write_joy(Twist.planar(speed, 0.0), JoystickLayout())
+        axes, buttons = write_joy(Twist.planar(speed, 0.0))
         await client.publish("/joy", {"axes": axes, "buttons": buttons})
 
     await client.advertise("/joy", "sensor_msgs/msg/Joy")

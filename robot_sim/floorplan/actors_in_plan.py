@@ -21,11 +21,11 @@ MAX_WALKING_SPEED: Final = 2.5
 
 
 @dataclass(frozen=True, slots=True)
-class Person:
-    """A person who walks a path, out and back or in a loop."""
+class Walk:
+    """A path that somebody walks, out and back or in a loop."""
 
     name: str
-    """Name of the person, unique among the actors."""
+    """Name, unique among the actors."""
     path: tuple[PathPoint, ...]
     """Way-points of the path, with stops."""
     speed: float | None = None
@@ -35,36 +35,28 @@ class Person:
     loop: bool = False
     """Whether the last way-point leads to the first again."""
     start: float | None = None
-    """Time until which the person stands at the first way-point [s]; None starts anywhere on the
-    path."""
+    """Time until which it stands at the first way-point [s]; None starts anywhere on the path."""
 
     def __post_init__(self) -> None:
-        _check_walk("person", self)
+        _check_walk(type(self).__name__.lower(), self)
 
 
 @dataclass(frozen=True, slots=True)
-class Cart:
-    """A trolley on a path; ``speed``, ``pause``, ``loop`` and ``start`` are as for ``Person``."""
+class Person(Walk):
+    """A person who walks the path."""
 
-    name: str
-    """Name of the cart, unique among the actors."""
-    path: tuple[PathPoint, ...]
-    """Way-points of the person who pushes it, or of its own middle."""
-    speed: float | None = None
-    """Speed on the path [m/s]; see ``Person``."""
-    pause: float | None = None
-    """Stop at both ends of the path [s]; see ``Person``."""
-    loop: bool = False
-    """Whether the last way-point leads to the first again."""
-    start: float | None = None
-    """Time until which it stands at the first way-point [s]; see ``Person``."""
+
+@dataclass(frozen=True, slots=True)
+class Cart(Walk):
+    """A trolley; the way-points are those of the person who pushes it, or of its own middle."""
+
     pushed: bool = True
     """Whether a person walks behind it."""
     size: tuple[float, float, float] = (0.8, 0.6, 0.95)
     """Length, width and height [m]."""
 
     def __post_init__(self) -> None:
-        _check_walk("cart", self)
+        Walk.__post_init__(self)  # ``super()`` does not know a dataclass with slots
         _check_positive(f"cart {self.name!r}", length=self.size[0], width=self.size[1])
         if not self.size[2] > 0.35:
             raise WorldError(f"cart {self.name!r}: height must be > 0.35 m, got {self.size[2]}")
@@ -117,7 +109,7 @@ Actor = Person | Cart | DoorLeaf
 """Anything that moves on its own in a world."""
 
 
-def _check_walk(kind: str, walker: Person | Cart) -> None:
+def _check_walk(kind: str, walker: Walk) -> None:
     what = f"{kind} {walker.name!r}"
     for key in ("speed", "pause"):
         value = getattr(walker, key)

@@ -49,8 +49,8 @@ class ClearanceGrid:
         clearance = np.full((len(ys), len(xs)), horizon)
         for f in footprints:
             c, s = abs(math.cos(f.yaw)), abs(math.sin(f.yaw))
-            reach_x = c * f.half[0] + s * f.half[1] + f.rounding + horizon
-            reach_y = s * f.half[0] + c * f.half[1] + f.rounding + horizon
+            reach_x = c * f.half[0] + s * f.half[1] + horizon
+            reach_y = s * f.half[0] + c * f.half[1] + horizon
             columns = slice(*np.searchsorted(xs, (f.x - reach_x, f.x + reach_x)))
             rows = slice(*np.searchsorted(ys, (f.y - reach_y, f.y + reach_y)))
             points = np.stack(np.meshgrid(xs[columns], ys[rows]), axis=-1)

@@ -15,26 +15,24 @@ from robot_sim.scene_objects.furniture import size_of
 
 @dataclass(frozen=True, slots=True)
 class Footprint:
-    """Area of the floor that an obstacle covers: a rectangle with corners rounded outward."""
+    """Area of the floor that an obstacle covers: a rectangle."""
 
     x: float
     """x of the centre [m]."""
     y: float
     """y of the centre [m]."""
     half: tuple[float, float]
-    """Half extents before rounding [m]."""
+    """Half extents [m]."""
     yaw: float = 0.0
     """Yaw of the rectangle [rad]."""
-    rounding: float = 0.0
-    """Radius added on all sides [m]; a disc has zero extents and this radius."""
 
     def distance(self, points: FloatArray) -> FloatArray:
-        """Return distances (...,) [m] of points (..., 2) from the edge; negative inside a rounding."""
+        """Return distances (...,) [m] of points (..., 2) from the edge; 0 inside."""
         c, s = math.cos(self.yaw), math.sin(self.yaw)
         offset = points - (self.x, self.y)
         along = np.abs(offset[..., 0] * c + offset[..., 1] * s) - self.half[0]
         across = np.abs(offset[..., 1] * c - offset[..., 0] * s) - self.half[1]
-        gap: FloatArray = np.hypot(np.maximum(along, 0.0), np.maximum(across, 0.0)) - self.rounding
+        gap: FloatArray = np.hypot(np.maximum(along, 0.0), np.maximum(across, 0.0))
         return gap
 
 

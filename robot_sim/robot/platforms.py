@@ -63,112 +63,60 @@ class P3AT(SkidSteer):
     """Deflection of the loaded contacts in the model [m], measured at rest."""
 
 
-@dataclass(frozen=True, slots=True)
-class Husky(SkidSteer):
-    """Clearpath Husky A200 with the same two scanners on a mast.
+HUSKY: Final = SkidSteer(
+    name="husky",
+    wheel_radius=0.1651,  # [H], as are the next four
+    wheel_half_width=0.05715,
+    track=0.5708,
+    wheelbase=0.512,
+    wheel_mass=2.637,
+    chassis_mass=34.034,  # 46.034 kg [H], less the batteries
+    battery_mass=12.0,  # chosen share of the above
+    plate_mass=0.5,  # as on the P3-AT
+    scanner_mass=1.1,  # as on the P3-AT
+    length=0.9874,  # [H]
+    clearance=0.13228,  # wheel radius less the wheels' offset of 0.03282 m from the bottom plate [H]
+    height=0.37978,  # 0.2475 m above that [H]
+    swing_radius=0.6,  # half the diagonal of 0.99 by 0.67 m
+    wheel_torque=40.0,  # chosen: turning in place on concrete asks for 15
+    wheel_rate=6.1,  # 1 m/s at the rim, the maker's maximum
+    rotor_inertia=0.05,  # chosen
+    friction=0.7,  # as the P3-AT's
+    tyre_deflection=0.00109,
+)
+"""Clearpath Husky A200 with the same two scanners on a mast.
 
-    Sources: [H] ``husky_description/urdf/husky.urdf.xacro`` and ``wheel.urdf.xacro``, [C]
-    ``husky_control/config/control.yaml``, both of the public repository husky/husky.
-    """
+Sources: [H] ``husky_description/urdf/husky.urdf.xacro`` and ``wheel.urdf.xacro``, [C]
+``husky_control/config/control.yaml``, both of the public repository husky/husky.
+"""
 
-    name: str = "husky"
-    """Name of the platform."""
-    wheel_radius: float = 0.1651
-    """Radius of an unloaded wheel [m]; source [H]."""
-    wheel_half_width: float = 0.05715
-    """Half the width of a wheel [m]; source [H]."""
-    track: float = 0.5708
-    """Distance between the left and the right contacts [m]; source [H]."""
-    wheelbase: float = 0.512
-    """Distance between the front and the rear axle [m]; source [H]."""
-    wheel_mass: float = 2.637
-    """Mass of one wheel [kg]; source [H]."""
-    chassis_mass: float = 34.034
-    """Mass without wheels, batteries, plate and scanners [kg]: 46.034 kg [H], less the batteries."""
-    battery_mass: float = 12.0
-    """Mass of the batteries, which slide in their bay to balance the scanners [kg]: chosen share of
-    the above."""
-    plate_mass: float = 0.5
-    """Mass of top plate and mast [kg]: as on the P3-AT."""
-    scanner_mass: float = 1.1
-    """Mass of one scanner [kg]: as on the P3-AT."""
-    length: float = 0.9874
-    """Length of the chassis [m]; source [H]."""
-    clearance: float = 0.13228
-    """Height of the chassis' underside above the floor [m]: wheel radius less the wheels' offset of
-    0.03282 m from the bottom plate. [H]"""
-    height: float = 0.37978
-    """Height of the chassis' top above the floor [m]: 0.2475 m above that. [H]"""
-    swing_radius: float = 0.6
-    """Radius of the circle in which the robot turns in place [m]: half the diagonal of 0.99 by 0.67
-    m."""
-    wheel_torque: float = 40.0
-    """Torque limit of one wheel [N m]: chosen: turning in place on concrete asks for 15."""
-    wheel_rate: float = 6.1
-    """Rate limit of one wheel [rad/s]: 1 m/s at the rim, the maker's maximum."""
-    rotor_inertia: float = 0.05
-    """Inertia of a motor's rotor, reflected through the gear [kg m^2]: chosen."""
-    friction: float = 0.7
-    """Coulomb coefficient of the tyres on a surface that declares none, the same in both
-    directions: as the P3-AT's."""
-    tyre_deflection: float = 0.00109
-    """Deflection of the loaded contacts in the model [m], measured at rest."""
+JACKAL: Final = SkidSteer(
+    name="jackal",
+    wheel_radius=0.098,  # [J], as are the next four
+    wheel_half_width=0.02,
+    track=0.37559,
+    wheelbase=0.262,
+    wheel_mass=0.477,
+    chassis_mass=12.523,  # 16.523 kg [J], less the battery
+    battery_mass=4.0,  # chosen share of the above
+    plate_mass=0.5,  # as on the P3-AT
+    scanner_mass=1.1,  # as on the P3-AT
+    length=0.42,  # [J]
+    clearance=0.0635,  # wheel radius less the wheels' offset of 0.0345 m from the bottom plate [J]
+    height=0.2475,  # 0.184 m above that [J]
+    swing_radius=0.33,  # half the diagonal of 0.51 by 0.43 m
+    wheel_torque=12.0,  # chosen: turning in place on concrete asks for 2
+    wheel_rate=20.4,  # 2 m/s at the rim [C]
+    rotor_inertia=0.02,  # chosen
+    friction=0.7,  # as the P3-AT's
+    tyre_deflection=0.00117,
+)
+"""Clearpath Jackal with the same two scanners on a mast.
 
+Sources: [J] ``jackal_description/urdf/jackal.urdf.xacro``, [C]
+``jackal_control/config/control.yaml``, both of the public repository jackal/jackal.
+"""
 
-@dataclass(frozen=True, slots=True)
-class Jackal(SkidSteer):
-    """Clearpath Jackal with the same two scanners on a mast.
-
-    Sources: [J] ``jackal_description/urdf/jackal.urdf.xacro``, [C]
-    ``jackal_control/config/control.yaml``, both of the public repository jackal/jackal.
-    """
-
-    name: str = "jackal"
-    """Name of the platform."""
-    wheel_radius: float = 0.098
-    """Radius of an unloaded wheel [m]; source [J]."""
-    wheel_half_width: float = 0.02
-    """Half the width of a wheel [m]; source [J]."""
-    track: float = 0.37559
-    """Distance between the left and the right contacts [m]; source [J]."""
-    wheelbase: float = 0.262
-    """Distance between the front and the rear axle [m]; source [J]."""
-    wheel_mass: float = 0.477
-    """Mass of one wheel [kg]; source [J]."""
-    chassis_mass: float = 12.523
-    """Mass without wheels, batteries, plate and scanners [kg]: 16.523 kg [J], less the battery."""
-    battery_mass: float = 4.0
-    """Mass of the batteries, which slide in their bay to balance the scanners [kg]: chosen share of
-    the above."""
-    plate_mass: float = 0.5
-    """Mass of top plate and mast [kg]: as on the P3-AT."""
-    scanner_mass: float = 1.1
-    """Mass of one scanner [kg]: as on the P3-AT."""
-    length: float = 0.42
-    """Length of the chassis [m]; source [J]."""
-    clearance: float = 0.0635
-    """Height of the chassis' underside above the floor [m]: wheel radius less the wheels' offset of
-    0.0345 m from the bottom plate. [J]"""
-    height: float = 0.2475
-    """Height of the chassis' top above the floor [m]: 0.184 m above that. [J]"""
-    swing_radius: float = 0.33
-    """Radius of the circle in which the robot turns in place [m]: half the diagonal of 0.51 by 0.43
-    m."""
-    wheel_torque: float = 12.0
-    """Torque limit of one wheel [N m]: chosen: turning in place on concrete asks for 2."""
-    wheel_rate: float = 20.4
-    """Rate limit of one wheel [rad/s]: 2 m/s at the rim. [C]"""
-    rotor_inertia: float = 0.02
-    """Inertia of a motor's rotor, reflected through the gear [kg m^2]: chosen."""
-    friction: float = 0.7
-    """Coulomb coefficient of the tyres on a surface that declares none, the same in both
-    directions: as the P3-AT's."""
-    tyre_deflection: float = 0.00117
-    """Deflection of the loaded contacts in the model [m], measured at rest."""
-
-
-HUSKY: Final = Husky()
-JACKAL: Final = Jackal()
 PLATFORMS: Final[Mapping[str, SkidSteer]] = MappingProxyType(
     {robot.name: robot for robot in (P3AT(), HUSKY, JACKAL)}
 )

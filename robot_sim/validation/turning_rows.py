@@ -48,9 +48,9 @@ def uniform_friction(friction: float) -> Surface:
     return Surface(f"mu {friction}", friction, friction, 0.0, "swept")
 
 
-def spin(robot: SkidSteer, rate: float, surface: Surface = BENCH, *, seconds: float = 3.0) -> Run:
-    """Turn in place at a wheel rate [rad/s]; return the settled part, from 1 s on."""
-    return DriveBench(robot, surface).run(ramped(-rate, rate, seconds)).after(1.0)
+def spin(robot: SkidSteer, rate: float, surface: Surface = BENCH) -> Run:
+    """Turn in place at a wheel rate [rad/s] for 3 s; return the settled part, from 1 s on."""
+    return DriveBench(robot, surface).run(ramped(-rate, rate, 3.0)).after(1.0)
 
 
 def in_place() -> Iterator[Row]:

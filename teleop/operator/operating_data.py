@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from functools import cache
 from typing import Any, Final
 
-from teleop.joystick import JoystickLayout
+from teleop.joystick import LAYOUT
 from teleop.package_data import assets
 
 _NAMES: Final = {"Arrow": "", "Key": "", "Digit": "", "Numpad": "", "Space": " "}
@@ -40,7 +40,7 @@ def operating_data(name: str) -> Mapping[str, Any]:
 @cache
 def gears() -> tuple[Gear, ...]:
     """Return the gears with the speeds of the default joystick layout, the slowest first."""
-    layout = JoystickLayout()
+    layout = LAYOUT
     return tuple(
         Gear(
             gear["gear"],

@@ -13,7 +13,7 @@ from localization.logs.ros_geometry import pose_from_message, pose_to_dict
 from localization.logs.ros_stamps import stamp_from_message, stamp_to_dict
 from localization.maps.cloud import Cloud
 from localization.types import Health, Pose, Twist
-from teleop.joystick import JoystickLayout, write_joy
+from teleop.joystick import write_joy
 from teleop.operator.display.threaded_display import DisplayProtocol
 from teleop.operator.message_decoding import map_from_base
 from teleop.rosbridge.client.client import Client
@@ -78,7 +78,6 @@ class OperatorClient:
         display: DisplayProtocol | None = None,
         *,
         topics: Mapping[str, str] = TOPICS,
-        layout: JoystickLayout | None = None,
         on_message: Callable[[str, Mapping[str, Any]], None] = lambda topic, message: None,
     ) -> None:
         """Build on a client.
@@ -88,12 +87,11 @@ class OperatorClient:
             cloud: This side's copy of the robot's map; None if it is fetched.
             display: Draws what is received and sent.
             topics: Topics to subscribe to, with their types.
-            layout: Assignment of the joystick that is sent; the default one if not given.
             on_message: Called with the topic and each message received.
         """
         self.client, self._cloud, self._display = client, cloud, display
         self._topics = topics
-        self._layout, self._on_message = layout or JoystickLayout(), on_message
+        self._on_message = on_message
         self.now = 0
         """The robot's time [ns]."""
         self.map_from_base: Pose | None = None
@@ -164,7 +162,7 @@ class OperatorClient:
 
     async def drive(self, twist: Twist, *, enabled: bool) -> None:
         """Send a Joy message that requests a twist, with the deadman button held or not."""
-        axes, buttons = write_joy(twist, self._layout, enabled=enabled)
+        axes, buttons = write_joy(twist, enabled=enabled)
         if self._display is not None:
             forward, turn = float(twist.linear[0]), float(twist.angular[2])
             self._display.command(forward, turn, enabled, self.now)

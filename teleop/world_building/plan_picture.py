@@ -110,8 +110,7 @@ def _draw_missed(axes: Axes, reach: Reach, middle: Waypoint) -> None:
 
 def _outline(footprint: Footprint) -> FloatArray:
     c, s = np.cos(footprint.yaw), np.sin(footprint.yaw)
-    half = np.array(footprint.half) + footprint.rounding
-    corners: FloatArray = (_CORNERS * half) @ np.array([[c, s], [-s, c]])
+    corners: FloatArray = (_CORNERS * np.array(footprint.half)) @ np.array([[c, s], [-s, c]])
     return corners + (footprint.x, footprint.y)
 
 

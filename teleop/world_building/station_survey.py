@@ -13,7 +13,7 @@ from typing import Final
 import numpy as np
 
 from localization.geometry import FloatArray
-from localization.mapping.cloud_builder import CloudBuilder, MappingConfig
+from localization.mapping.cloud_builder import CloudBuilder
 from localization.mapping.wall_faces import lost_faces_warning, quadrants
 from localization.maps.cloud import Cloud
 from localization.types import IntArray, Pose, Sweep
@@ -64,7 +64,6 @@ def survey_from_stations(
     *,
     seed: int = 0,
     station: StationConfig = StationConfig(),
-    config: MappingConfig | None = None,
     progress: Progress = lambda share, text: None,
     warn: Callable[[str], None] = lambda line: None,
 ) -> Cloud:
@@ -76,13 +75,12 @@ def survey_from_stations(
         world: Any world; without routes the stops are its places and spawns.
         seed: Seed of the noise and of the omitted rays.
         station: The scanner and its stops.
-        config: Settings of the map; by default those of the world's plan.
         progress: Called with the completed share and a line of text.
         warn: Called with one line if the map lacks one face of a wall that was seen from both sides.
     """
     rng = np.random.default_rng(np.random.SeedSequence([seed, 2]))
     # The filter leaves few points in a neighbourhood, so a search for more only takes time.
-    builder = CloudBuilder(config or replace(mapping_config(world), plane_points=20))
+    builder = CloudBuilder(replace(mapping_config(world), plane_points=20))
     instrument = TotalStation(world)
     fan = _fan(station)
     stops = _stops(world, instrument, station)
@@ -101,30 +99,19 @@ def survey_from_stations(
     return cloud
 
 
-def visible_surface(
-    world: World,
-    *,
-    station: StationConfig = StationConfig(),
-    progress: Progress = lambda share, text: None,
-) -> FloatArray:
+def visible_surface(world: World) -> FloatArray:
     """Return points (N, 3) on all surface that is visible from the survey route, without error.
 
     Each cell has one point for each visible side, so that the number of points measures the surface.
-
-    Args:
-        world: Any world.
-        station: The scanner, its stops and the size of the cells.
-        progress: Called with the completed share and a line of text.
     """
-    exact = replace(station, sigma=0.0)
+    exact = StationConfig(sigma=0.0)
     rng = np.random.default_rng(0)
     instrument = TotalStation(world)
     fan, stops, cells = _fan(exact), _stops(world, instrument, exact), _CellFilter(exact.dense)
     seen = []
-    for i, stop in enumerate(stops):
+    for stop in stops:
         points = _panorama(instrument, stop, fan, exact, rng)
         seen.append(points[cells.new(points, points - stop)])
-        progress((i + 1) / len(stops), f"scanning, stop {i + 1}")
     return np.concatenate(seen)
 
 

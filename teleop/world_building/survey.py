@@ -22,7 +22,6 @@ def survey(
     world: World,
     *,
     seed: int = 0,
-    config: MappingConfig | None = None,
     sensors: SimulationConfig | None = None,
     progress: Progress = lambda share, text: None,
     warn: Callable[[str], None] = lambda line: None,
@@ -32,7 +31,6 @@ def survey(
     Args:
         world: A scene with a survey route.
         seed: Seed of the sensor noise.
-        config: Settings of the map; by default those of the world's plan.
         sensors: Sensors and drive of the robot; the default ones if not given.
         progress: Called with the completed share and a line of text.
         warn: Called with one line if the map lacks one face of a wall that was seen from both sides.
@@ -41,7 +39,7 @@ def survey(
         SurveyError: If the drive takes four times as long as the route's length requires.
     """
     simulation = Simulation(world, seed=seed, config=sensors)
-    builder = CloudBuilder(config or mapping_config(world))
+    builder = CloudBuilder(mapping_config(world))
     track = OdometryTrack().extended(simulation.stamp, simulation.truth().map_from_base)
     waiting: list[Scan] = []
     for readings, pose in survey_drive(simulation, progress=progress):

@@ -6,7 +6,7 @@ import asyncio
 import sys
 
 from localization.types import Twist
-from teleop.joystick import JoystickLayout, write_joy
+from teleop.joystick import write_joy
 from teleop.ros_types import registry
 from teleop.rosbridge.client.client import Client
 
@@ -16,7 +16,7 @@ async def main(url: str) -> None:
         await client.advertise("/joy", "sensor_msgs/msg/Joy")
         speeds = [0.0] * 5 + [0.7] * 1000
         for speed in speeds:
-            axes, buttons = write_joy(Twist.planar(speed, 0.0), JoystickLayout())
+            axes, buttons = write_joy(Twist.planar(speed, 0.0))
             await client.publish("/joy", {"axes": axes, "buttons": buttons})
             await asyncio.sleep(0.05)
 

@@ -107,9 +107,9 @@ class UnhurriedDisplay(ThreadedDisplay):
     The thread of a display takes the interpreter from the thread that drives, as often as that waits for a socket.
     """
 
-    def __init__(self, display: DisplayProtocol, *, max_pending: int = 200) -> None:
+    def __init__(self, display: DisplayProtocol) -> None:
         """Start the thread; see ``ThreadedDisplay``, for which all calls between two of ``draw`` are one."""
-        super().__init__(display, blocking=True, max_pending=max_pending)
+        super().__init__(display, blocking=True, max_pending=200)
         self._held: list[Callable[[], None]] = []
 
     def draw(self) -> None:
@@ -138,9 +138,9 @@ def _call_each(calls: Iterable[Callable[[], None]]) -> None:
 class LiveThreadedDisplay(ThreadedDisplay):
     """The same for a display that a person watches: drops calls rather than hold up driving."""
 
-    def __init__(self, display: LiveDisplayProtocol, *, max_pending: int = 2000) -> None:
+    def __init__(self, display: LiveDisplayProtocol) -> None:
         """Start the thread; see ``ThreadedDisplay``."""
-        super().__init__(display, blocking=False, max_pending=max_pending)
+        super().__init__(display, blocking=False, max_pending=2000)
         self._live = display
 
     def map(self, cloud: Cloud) -> None:

@@ -7,7 +7,7 @@ from functools import partial
 from typing import Any, Final
 
 from localization.types import SECOND, InvalidReadingError
-from teleop.joystick import JoystickError, JoystickLayout
+from teleop.joystick import JoystickError
 from teleop.link.command_age import CommandAge, RoundTrips
 from teleop.robot.audit.audit_log import AuditLog
 from teleop.robot.clients.input_messages import hint_reading, joy_command, twist_command
@@ -33,7 +33,6 @@ class ClientInputs:
         protocol: Protocol,
         wishes: Wishes,
         *,
-        layout: JoystickLayout,
         round_trips: Callable[[int], RoundTrips | None],
         audit: AuditLog | None,
         turtle_control: TopicHandler,
@@ -43,13 +42,12 @@ class ClientInputs:
         Args:
             protocol: The protocol of the robot's server.
             wishes: Takes what clients want.
-            layout: Assignment of joysticks.
             round_trips: Returns the round trips of a client; None where no time passes on the way.
             audit: Log of what clients do to the robot.
             turtle_control: Takes the messages of ``/turtle_control``.
         """
         self._connections, self._wishes = protocol.connections, wishes
-        self._layout, self._round_trips, self._audit = layout, round_trips, audit
+        self._round_trips, self._audit = round_trips, audit
         self._ages: dict[int, CommandAge] = {}
         self._hints: dict[int, int] = {}
         handlers: Mapping[str, TopicHandler] = {
@@ -78,7 +76,7 @@ class ClientInputs:
             raise MessageError(str(error)) from None
 
     def _joy(self, client: int, name: str, message: dict[str, Any], now: int) -> None:
-        self._drive(client, joy_command(name, message, self._layout), now)
+        self._drive(client, joy_command(name, message), now)
 
     def _twist(self, client: int, name: str, message: dict[str, Any], now: int) -> None:
         self._drive(client, twist_command(name, message), now)

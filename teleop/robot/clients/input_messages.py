@@ -11,17 +11,17 @@ import numpy as np
 from localization.logs.ros_geometry import pose_from_message
 from localization.logs.ros_stamps import stamp_from_message
 from localization.types import Hint, InvalidReadingError, Twist
-from teleop.joystick import JoystickError, JoystickLayout, VelocityRequest, read_joy
+from teleop.joystick import JoystickError, VelocityRequest, read_joy
 from teleop.robot.inbox import DriveCommand
 
 
-def joy_command(client: str, message: Mapping[str, Any], layout: JoystickLayout) -> DriveCommand:
+def joy_command(client: str, message: Mapping[str, Any]) -> DriveCommand:
     """Return the drive command in a ``sensor_msgs/Joy``.
 
     Raises:
         JoystickError: If an axis is missing or is not a finite number.
     """
-    request = read_joy(list(message["axes"]), list(message["buttons"]), layout)
+    request = read_joy(list(message["axes"]), list(message["buttons"]))
     return DriveCommand(client, request, stamp_from_message(message["header"]["stamp"]))
 
 

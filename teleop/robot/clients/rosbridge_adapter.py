@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable, Collection, Iterable, Mapping
 from typing import TYPE_CHECKING, Final
 
-from teleop.joystick import JoystickLayout
 from teleop.link.command_age import RoundTrips
 from teleop.robot.arm.arm_fit import ArmFit
 from teleop.robot.audit.audit_log import AuditLog
@@ -58,7 +57,6 @@ class RosbridgeAdapter(Observer):
         latched: Mapping[Interface, Message],
         *,
         undo_memory: int,
-        layout: JoystickLayout | None = None,
         round_trips: Callable[[int], RoundTrips | None] = lambda client: None,
         audit: AuditLog | None = None,
         hidden: Collection[str] = (),
@@ -70,7 +68,6 @@ class RosbridgeAdapter(Observer):
             server: The server, not yet started.
             latched: Messages that are published once, see ``latched_messages``.
             undo_memory: Time for which a placement can be undone [ns].
-            layout: Assignment of joysticks; the default one if not given.
             round_trips: Returns the round trips of a client; None where no time passes on the way.
             audit: Log of what clients do to the robot.
             hidden: Names of topics that are not published; clients cannot publish them either.
@@ -106,7 +103,6 @@ class RosbridgeAdapter(Observer):
         self._inputs = ClientInputs(
             protocol,
             self.wishes,
-            layout=layout or JoystickLayout(),
             round_trips=round_trips,
             audit=audit,
             turtle_control=self._turtle_control.receive,

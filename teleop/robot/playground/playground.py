@@ -11,7 +11,7 @@ from typing import Any, Final
 import numpy as np
 
 from localization.types import SECOND, Hint
-from robot_sim import Simulation, WorldError, scene_names
+from robot_sim import Simulation, scene_names
 from teleop.robot.inbox import DriveCommand, InboxMessage, PoseHint, Relocalize, Undo, WorldCall
 from teleop.robot.tick_record import PAUSED, Rejection, WorldAnswer
 from teleop.robot.world_control.answers import Answer, Request, answered
@@ -49,8 +49,7 @@ class Playground(SimulatedEntities):
         self, simulation: Simulation, carried: Callable[[], object] = lambda: None
     ) -> None:
         """Play with a simulation; ``carried`` is called when the robot has been set down elsewhere."""
-        super().__init__(lambda: simulation, carried)
-        self._sim, self._start = simulation, simulation.truth().map_from_base
+        super().__init__(simulation, carried)
         self._state = State.PLAYING
         self._calls: list[WorldCall] = []
         self._held: list[InboxMessage] = []
@@ -107,16 +106,6 @@ class Playground(SimulatedEntities):
             return {"success": False, "message": str(error)}
 
     @property
-    def name(self) -> str:
-        """See ``WorldControl.name``."""
-        return self._sim.world.name
-
-    @property
-    def stamp(self) -> int:
-        """See ``WorldControl.stamp``."""
-        return self._sim.stamp
-
-    @property
     def state(self) -> State:
         """See ``WorldControl.state``."""
         return self._state
@@ -126,24 +115,14 @@ class Playground(SimulatedEntities):
         """See ``WorldControl.states``."""
         return frozenset({State.PLAYING, State.PAUSED})
 
-    @property
-    def scopes(self) -> Scope:
-        """See ``WorldControl.scopes``."""
-        return Scope.STATE | Scope.SPAWNED
-
     def set_state(self, state: State) -> None:
         """See ``WorldControl.set_state``."""
         self._state = state
 
     def reset(self, scope: Scope) -> None:
         """See ``WorldControl.reset``; the robot knows its start, as when it is switched on."""
-        if Scope.SPAWNED in scope:
-            self.remove_all()
+        super().reset(scope)
         if Scope.STATE in scope:
-            try:
-                self._carry_robot(self._start)
-            except WorldError as error:
-                raise ControlError(Code.FAILED, str(error)) from None
             self._hints.append(PoseHint("", Hint(0, self._start, np.zeros((6, 6)))))
 
     def _worlds(self, request: Request) -> Request:

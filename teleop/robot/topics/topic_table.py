@@ -382,12 +382,9 @@ SHARE_SERVICES: Final = (
 _SIMULATION: Final = (
     ("GetSimulatorFeatures", "what is offered"),
     ("StepSimulation", "advance by 1 to 500 steps of 20 ms"),
-    (
-        "ResetSimulation",
-        "set poses, spawned entities, or everything and the time back to the beginning",
-    ),
-    ("GetSimulationState", "stopped, playing or paused"),
-    ("SetSimulationState", "pause, or stop and reset everything"),
+    ("ResetSimulation", "put the robot at its start, and take away what was spawned"),
+    ("GetSimulationState", "always paused: time goes on by steps alone"),
+    ("SetSimulationState", "nothing, as there is no other state"),
     (
         "GetEntities",
         "names of the robot and of what was spawned; filters by name, category and tags",

@@ -76,17 +76,12 @@ class WorldControl(Protocol):
         """States that can be set."""
         ...
 
-    @property
-    def scopes(self) -> Scope:
-        """What can be reset."""
-        ...
-
     def set_state(self, state: State) -> None:
-        """Let time go on, pause it, or stop: pause and reset everything; only states of ``states`` are asked for."""
+        """Let time go on, or pause it; only states of ``states`` are asked for."""
         ...
 
     def reset(self, scope: Scope) -> None:
-        """Set a part of the world back to its beginning; only scopes of ``scopes`` are asked for."""
+        """Put the robot at its start (``Scope.STATE``), or take away what was spawned (``Scope.SPAWNED``), or both."""
         ...
 
     @property

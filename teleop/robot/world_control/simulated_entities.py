@@ -12,7 +12,7 @@ from robot_sim.floorplan.plan import Placement
 from robot_sim.layout.footprints import Footprint
 from robot_sim.standing_pose import standing_pose
 from teleop.robot.world_control.interface import Entity, Motion, Spawnable
-from teleop.robot.world_control.results import Category, Code, ControlError
+from teleop.robot.world_control.results import Category, Code, ControlError, Scope
 
 ROBOT = "robot"
 """Name of the robot among the entities."""
@@ -22,19 +22,23 @@ _REST = Twist(np.zeros(3), np.zeros(3))
 
 
 class SimulatedEntities:
-    """Half of a ``WorldControl``; owns the names of what was spawned."""
+    """A ``WorldControl`` but for whether time goes on; owns the names of what was spawned."""
 
-    def __init__(
-        self, simulation: Callable[[], Simulation], carried: Callable[[], object] = lambda: None
-    ) -> None:
-        """Take the simulation, which a reset may replace.
-
-        Args:
-            simulation: Returns it.
-            carried: Called when the robot has been set down elsewhere.
-        """
-        self._simulation, self._carried = simulation, carried
+    def __init__(self, simulation: Simulation, carried: Callable[[], object]) -> None:
+        """Take the simulation; ``carried`` is called when the robot has been set down elsewhere."""
+        self._sim, self._carried = simulation, carried
+        self._start = simulation.truth().map_from_base
         self._spawned: dict[str, Spare] = {}
+
+    @property
+    def name(self) -> str:
+        """See ``WorldControl.name``."""
+        return self._sim.world.name
+
+    @property
+    def stamp(self) -> int:
+        """See ``WorldControl.stamp``."""
+        return self._sim.stamp
 
     @property
     def entities(self) -> Mapping[str, Entity]:
@@ -46,18 +50,17 @@ class SimulatedEntities:
 
     @property
     def _robot_text(self) -> str:
-        robot = self._simulation().world.robot
+        robot = self._sim.world.robot
         return f"skid-steer robot {robot.length:g} m long; its frame is base_link"
 
     def motion(self, name: str) -> Motion:
         """See ``WorldControl.motion``."""
-        simulation = self._simulation()
         if name == ROBOT:
-            truth = simulation.truth()
+            truth = self._sim.truth()
             rotation = truth.map_from_base.rotation
             twist = Twist(rotation @ truth.twist.linear, rotation @ truth.twist.angular)
             return Motion(truth.map_from_base, twist)
-        at = simulation.spares.standing[self._spawned[name].name]
+        at = self._sim.spares.standing[self._spawned[name].name]
         pose = Pose.from_euler(np.array([at.x, at.y, at.z]), yaw=at.yaw)
         return Motion(pose, _REST)
 
@@ -70,12 +73,12 @@ class SimulatedEntities:
         """See ``WorldControl.spawnables``."""
         return {
             _uri(spare): Spawnable(_uri(spare), _category(spare), _text(spare), spare.size)
-            for spare in self._simulation().world.spares
+            for spare in self._sim.world.spares
         }
 
     def spawn(self, uri: str, name: str, map_from_entity: Pose) -> None:
         """See ``WorldControl.spawn``."""
-        spares = self._simulation().spares
+        spares = self._sim.spares
         free = [spare for spare in spares.parked if _uri(spare) == uri]
         if not free:
             count = sum(_uri(spare) == uri for spare in spares.all)
@@ -93,21 +96,23 @@ class SimulatedEntities:
         """See ``WorldControl.remove``."""
         if name == ROBOT:
             raise ControlError(Code.FAILED, "the robot cannot be deleted; only what was spawned")
-        self._simulation().spares.remove(self._spawned.pop(name).name)
+        self._sim.spares.remove(self._spawned.pop(name).name)
 
-    def remove_all(self) -> None:
-        """Take everything away that was spawned."""
-        for name in list(self._spawned):
-            self.remove(name)
-
-    def forget_all(self) -> None:
-        """Note that a new simulation has begun, in which nothing is spawned."""
-        self._spawned.clear()
+    def reset(self, scope: Scope) -> None:
+        """See ``WorldControl.reset``."""
+        if Scope.SPAWNED in scope:
+            for name in list(self._spawned):
+                self.remove(name)
+        if Scope.STATE in scope:
+            try:
+                self._carry_robot(self._start)
+            except WorldError as error:
+                raise ControlError(Code.FAILED, str(error)) from None
 
     @property
     def named_poses(self) -> Mapping[str, tuple[Pose, tuple[str, ...]]]:
         """See ``WorldControl.named_poses``."""
-        world = self._simulation().world
+        world = self._sim.world
         spawns = {name: (pose, ("spawn",)) for name, pose in world.spawns.items()}
         return {
             **spawns,
@@ -115,11 +120,11 @@ class SimulatedEntities:
         }
 
     def _carry_robot(self, map_from_base: Pose) -> None:
-        self._simulation().carry_to(map_from_base)
+        self._sim.carry_to(map_from_base)
         self._carried()
 
     def _put(self, name: str, pose: Pose, invalid: int) -> None:
-        simulation = self._simulation()
+        simulation = self._sim
         at = _placement(simulation.world, pose, invalid)
         try:
             if name == ROBOT:

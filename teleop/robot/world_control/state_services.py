@@ -10,6 +10,8 @@ from teleop.robot.world_control.interface import WorldControl
 from teleop.robot.world_control.results import Code, ControlError, Scope, State
 
 _ALL: Final = Scope.TIME | Scope.STATE | Scope.SPAWNED
+_OFFERED: Final = Scope.STATE | Scope.SPAWNED
+"""What can be reset; time goes back in no world."""
 _RESET_ALL: Final = (0, 255)
 """Values of the scope for everything."""
 
@@ -39,8 +41,8 @@ class StateServices:
         if asked not in _RESET_ALL and asked & ~int(_ALL):
             raise ControlError(Code.UNSUPPORTED, f"scope {asked} has bits that are not known here")
         scope = _ALL if asked in _RESET_ALL else Scope(asked)
-        if scope & ~self._control.scopes:
-            offered = ", ".join(str(s.name) for s in Scope if s in self._control.scopes)
+        if scope & ~_OFFERED:
+            offered = ", ".join(str(s.name) for s in _OFFERED)
             raise ControlError(Code.UNSUPPORTED, f"of the scopes only {offered} can be reset here")
         self._control.reset(scope)
         return {}

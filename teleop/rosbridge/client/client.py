@@ -76,7 +76,7 @@ class Client:
         """URL of the server for messages, without its query, which may contain a token."""
 
         self._registry = registry or TypeRegistry()
-        self._codec = Codec(self._registry, stamps="both")
+        self._codec = Codec(self._registry)
         self._timeout = timeout
         self._ids = itertools.count(1)
         self._level: Message | None = None

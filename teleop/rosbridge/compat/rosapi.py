@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from typing import Final
 
 from teleop.rosbridge.compat.rosapi_handlers import RosapiHandlers
@@ -64,31 +63,18 @@ _SERVICES: Final = {
 }
 
 
-def serve_rosapi(
-    protocol: Protocol,
-    *,
-    names: Callable[[str], str] | None = None,
-    distro: str | None = None,
-    parameters: Parameters | None = None,
-) -> None:
-    """Provide the services of ``/rosapi``.
+def serve_rosapi(protocol: Protocol) -> None:
+    """Provide the services of ``/rosapi``, as jazzy or noetic.
 
-    Args:
-        protocol: Protocol to which the services and their types are added.
-        names: Formats the type names of topics, services and actions; by default that of the
-            protocol's ROS version, ``pkg/Type`` in ROS 1 and ``pkg/msg/Type`` in ROS 2. Types of
-            fields are always ``pkg/Type``, as in the original rosapi.
-        distro: Name of the ROS distribution; by default jazzy or noetic.
-        parameters: Parameters that clients may read and set; by default only ``rosdistro``.
+    Types of topics, services and actions are named as the protocol's ROS version does, ``pkg/Type`` in ROS 1 and
+    ``pkg/msg/Type`` in ROS 2; types of fields are always ``pkg/Type``, as in the original rosapi.
     """
     for name, text in _TYPES.items():
         protocol.registry.add(name, text)
-    distro = distro or ("noetic" if protocol.ros_version == "ros1" else "jazzy")
-    if parameters is None:
-        parameters = Parameters()
-        parameters.set("rosdistro", distro)
-    if names is None:
-        names = short_name if protocol.ros_version == "ros1" else str
+    is_ros1 = protocol.ros_version == "ros1"
+    names, distro = (short_name, "noetic") if is_ros1 else (str, "jazzy")
+    parameters = Parameters()
+    parameters.set("rosdistro", distro)
     handlers = RosapiHandlers(protocol, names, distro, parameters)
     for service, (type, text) in _SERVICES.items():
         protocol.registry.add_service(f"rosapi_msgs/{type}", text)

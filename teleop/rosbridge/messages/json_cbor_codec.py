@@ -10,7 +10,7 @@ import json
 import math
 from collections.abc import Iterator, Mapping
 from itertools import groupby
-from typing import Any, Final, Literal, TypeAlias
+from typing import Any, Final
 
 import msgspec
 import numpy as np
@@ -31,9 +31,6 @@ from teleop.rosbridge.messages.message_types import (
 from teleop.rosbridge.messages.polite_threads import after_message
 from teleop.rosbridge.messages.type_registry import TypeRegistry
 
-StampFields: TypeAlias = Literal["both", "ros1", "ros2"]
-"""Field names of stamps: ``secs, nsecs`` in ROS 1, ``sec, nanosec`` in ROS 2."""
-
 _ARRAY_ENCODER: Final = msgspec.json.Encoder()
 """Writes arrays of floats in a sixth of the time of Python's json module."""
 
@@ -41,13 +38,8 @@ _ARRAY_ENCODER: Final = msgspec.json.Encoder()
 class Codec:
     """Encodes messages of a registry's types."""
 
-    def __init__(self, registry: TypeRegistry, *, stamps: StampFields = "both") -> None:
+    def __init__(self, registry: TypeRegistry) -> None:
         self._registry = registry
-        self._stamp_names = {
-            "both": (("sec", "nanosec"), ("secs", "nsecs")),
-            "ros2": (("sec", "nanosec"),),
-            "ros1": (("secs", "nsecs"),),
-        }[stamps]
 
     def json(self, kind: MessageType, message: Message) -> str:
         """Return a message as JSON text; omitted fields are written with their defaults.
@@ -83,7 +75,7 @@ class Codec:
 
     def _json(self, kind: MessageType, message: Message, out: list[str | bytes]) -> None:
         if kind.name in (TIME, DURATION):
-            out.append(json.dumps(self._stamp(message), separators=(",", ":")))
+            out.append(json.dumps(_stamp(message), separators=(",", ":")))
             return
         separator = "{"
         for field, value in self._values(kind, message):
@@ -120,7 +112,7 @@ class Codec:
 
     def _cbor(self, kind: MessageType, message: Message) -> Message:
         if kind.name in (TIME, DURATION):
-            return self._stamp(message)
+            return _stamp(message)
         after_message()
         return {
             field.name: self._cbor_value(field, value)
@@ -161,16 +153,14 @@ class Codec:
                 raise ValueError(f"field {field.name} is a {field.text}, got {len(value)} elements")
         return values
 
-    def _stamp(self, message: Message) -> Message:
-        unknown = set(message) - {"sec", "nanosec"}
-        if unknown:
-            raise ValueError(f"a stamp has sec and nanosec, not {', '.join(sorted(unknown))}")
-        parts = int(message.get("sec", 0)), int(message.get("nanosec", 0))
-        return {
-            name: part
-            for names in self._stamp_names
-            for name, part in zip(names, parts, strict=True)
-        }
+
+def _stamp(message: Message) -> Message:
+    """Return a stamp with the names of its parts in ROS 2 and those in ROS 1."""
+    unknown = set(message) - {"sec", "nanosec"}
+    if unknown:
+        raise ValueError(f"a stamp has sec and nanosec, not {', '.join(sorted(unknown))}")
+    seconds, rest = int(message.get("sec", 0)), int(message.get("nanosec", 0))
+    return {"sec": seconds, "nanosec": rest, "secs": seconds, "nsecs": rest}
 
 
 def write_json(value: object) -> str:

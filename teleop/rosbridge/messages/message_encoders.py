@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from teleop.rosbridge.messages.json_cbor_codec import Codec, StampFields
+from teleop.rosbridge.messages.json_cbor_codec import Codec
 from teleop.rosbridge.messages.ros_serialization import RosSerializer, RosVersion
 from teleop.rosbridge.messages.type_registry import TypeRegistry
 
@@ -10,8 +10,8 @@ from teleop.rosbridge.messages.type_registry import TypeRegistry
 class MessageEncoders:
     """The JSON and CBOR codec, and a serialiser for each ROS that is created on first use."""
 
-    def __init__(self, registry: TypeRegistry, stamps: StampFields) -> None:
-        self.codec = Codec(registry, stamps=stamps)
+    def __init__(self, registry: TypeRegistry) -> None:
+        self.codec = Codec(registry)
         self._registry = registry
         self._serializers: dict[RosVersion, RosSerializer] = {}
 

@@ -25,7 +25,6 @@ from teleop.rosbridge.graph.client_topics import ClientTopics
 from teleop.rosbridge.graph.services import Services
 from teleop.rosbridge.graph.topics import Topics
 from teleop.rosbridge.limits import ClientLimits
-from teleop.rosbridge.messages.json_cbor_codec import StampFields
 from teleop.rosbridge.messages.message_encoders import MessageEncoders
 from teleop.rosbridge.messages.ros_serialization import RosVersion
 from teleop.rosbridge.messages.type_registry import TypeRegistry
@@ -65,7 +64,6 @@ class Protocol:
         registry: TypeRegistry,
         *,
         limits: ClientLimits | None = None,
-        stamps: StampFields = "both",
         ros_version: RosVersion = "ros2",
         authenticator: Authenticator | None = None,
         frame_delay: FrameDelay | None = None,
@@ -75,7 +73,6 @@ class Protocol:
         Args:
             registry: The known message, service and action types.
             limits: Limits of each client.
-            stamps: Field names of stamps in outgoing messages.
             ros_version: The ROS version reported to clients. It is also the serialisation of
                 ``cbor-raw`` for a subscription to ``pkg/Type``; ``pkg/msg/Type`` is always ROS 2.
             authenticator: Verifies tokens; without one, clients may do everything.
@@ -85,7 +82,7 @@ class Protocol:
         self.limits = limits or ClientLimits()
         self.ros_version: RosVersion = ros_version
         self.authenticator = authenticator
-        self.encoders = MessageEncoders(registry, stamps)
+        self.encoders = MessageEncoders(registry)
         self.observers = Observers()
         self.timers = Timers(lambda: self.connections.wake())
         self.connections = Connections(self.limits, self.observers, self.timers)

@@ -5,26 +5,17 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
-from pathlib import Path
 from typing import Any, Final
 
-from teleop.scenario.files.operator_settings import Follower, Operator, Replay
+from teleop.scenario.files.operator_settings import Follower
 from teleop.scenario.files.scenario import SCHEMA, Scenario
 
 _FLAT: Final = 100
 """Number of columns of a table that is written in one line."""
 
 
-def scenario_text(scenario: Scenario, folder: Path | None = None) -> str:
-    """Return a scenario as the text of a TOML file.
-
-    Args:
-        scenario: The scenario.
-        folder: Folder of the file, to which the paths of other files are made relative; as they are, unless given.
-    """
-    if folder is not None:
-        scenario = _relative(scenario, folder.resolve())
+def scenario_text(scenario: Scenario) -> str:
+    """Return a scenario as the text of a TOML file."""
     data = SCHEMA.dump_python(scenario, mode="json", exclude_defaults=True)
     data = {"format": scenario.format, "name": scenario.name, **data}
     tables = {k: v for k, v in data.items() if isinstance(v, dict)}
@@ -43,21 +34,6 @@ def scenario_text(scenario: Scenario, folder: Path | None = None) -> str:
     # Limits stand last, as what is judged at the end.
     blocks.sort(key=lambda block: block.startswith("[limits]"))
     return "\n".join(blocks)
-
-
-def _relative(scenario: Scenario, home: Path) -> Scenario:
-    scene = Path(scenario.world.scene)
-    if scene.is_absolute() and scene.is_relative_to(home):
-        world = replace(scenario.world, scene=str(scene.relative_to(home)))
-        scenario = replace(scenario, world=world)
-    operator, second = _near(scenario.operator, home), scenario.second
-    return replace(scenario, operator=operator, second=second and _near(second, home))
-
-
-def _near(operator: Operator, home: Path) -> Operator:
-    if not isinstance(operator, Replay) or not Path(operator.file).is_relative_to(home):
-        return operator
-    return replace(operator, file=str(Path(operator.file).relative_to(home)))
 
 
 def _pairs(table: Mapping[str, Any]) -> str:

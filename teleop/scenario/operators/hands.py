@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any, Literal
 
 from localization.types import Twist
-from teleop.joystick import JoystickLayout, write_joy
+from teleop.joystick import write_joy
 from teleop.scenario.operators.wire import Wire
 
 _STANDSTILL = Twist.planar(0.0, 0.0)
@@ -14,16 +14,9 @@ _STANDSTILL = Twist.planar(0.0, 0.0)
 class Hands:
     """Sends commands, with the stamp of the operator's clock where a message has one."""
 
-    def __init__(
-        self, interface: Literal["joy", "cmd_vel"] = "joy", layout: JoystickLayout | None = None
-    ) -> None:
-        """Take up an interface.
-
-        Args:
-            interface: Topic to drive by: ``/joy`` or ``/cmd_vel``.
-            layout: Assignment of the stick; the default one if not given.
-        """
-        self._interface, self._layout = interface, layout or JoystickLayout()
+    def __init__(self, interface: Literal["joy", "cmd_vel"] = "joy") -> None:
+        """Take up the topic to drive by: ``/joy`` or ``/cmd_vel``."""
+        self._interface = interface
         self.stamp_age = 0
         """By so much the stamps that are sent are older than the operator's clock [ns]."""
 
@@ -51,7 +44,7 @@ class Hands:
             message: dict[str, Any] = {"linear": {"x": forward}, "angular": {"z": turn}}
             wire.publish("/cmd_vel", "geometry_msgs/Twist", message)
             return
-        axes, buttons = write_joy(twist, self._layout, enabled=enabled)
+        axes, buttons = write_joy(twist, enabled=enabled)
         header = {"stamp": wire.stamp_before(self.stamp_age)}
         wire.publish(
             "/joy", "sensor_msgs/Joy", {"header": header, "axes": axes, "buttons": buttons}

@@ -7,7 +7,6 @@ from collections.abc import Callable
 from teleop.errors import TeleopError
 from teleop.rosbridge.auth.permissions import UNGUARDED, Access
 from teleop.rosbridge.framing.outgoing_frames import Output
-from teleop.rosbridge.protocol.connections import Transport
 from teleop.rosbridge.protocol.protocol import Protocol
 from teleop.scenario.operators.wire import Recorder, Wire
 
@@ -19,24 +18,18 @@ class WireError(TeleopError):
 class MemoryTransport:
     """Carries frames between a protocol and the clients of its own process."""
 
-    def __init__(
-        self, protocol: Protocol, clock: Callable[[], int], *, others: Transport | None = None
-    ) -> None:
+    def __init__(self, protocol: Protocol, clock: Callable[[], int]) -> None:
         """Attach to a protocol, whose timers the host ticks.
 
         Args:
             protocol: The protocol of the robot's server.
             clock: Returns its time [ns].
-            others: Carries the frames of all other clients, such as a started server, whose place at the
-                protocol is taken.
 
         Raises:
-            ValueError: If the protocol has a transport and no ``others`` are given.
+            ValueError: If the protocol has a transport.
         """
-        self.protocol, self._clock, self._others = protocol, clock, others
+        self.protocol, self._clock = protocol, clock
         self._wires: dict[int, Wire] = {}
-        if others is not None:
-            protocol.connections.detach()
         protocol.connections.attach(self)
 
     @property
@@ -87,13 +80,9 @@ class MemoryTransport:
         """Hand a frame to its client."""
         if (wire := self._wires.get(client)) is not None:
             wire.receive(output)
-        elif self._others is not None:
-            self._others.send(client, output)
 
     def wake(self) -> None:
-        """Report to the other transport that a timer is due earlier; the host ticks the timers for this one."""
-        if self._others is not None:
-            self._others.wake()
+        """Do nothing when a timer is due earlier: the host ticks the timers."""
 
     def forget(self, client: int) -> None:
         """Drop what is still sent to a client that has left."""

@@ -6,7 +6,6 @@ import hashlib
 import hmac
 import secrets
 from collections.abc import Callable
-from dataclasses import replace
 from typing import Any, Final
 
 from teleop.rosbridge.auth.credentials import Credential, Credentials
@@ -24,7 +23,7 @@ Violation = Callable[[str, str], object]
 """Receives the name of a client, and the service or action that it tried to use."""
 
 REFEREE: Final = "referee"
-"""Name of the token's holder; a token of a file with the same name is another token."""
+"""Name of the token's holder."""
 
 
 class RefereeAccess(Observer):
@@ -39,18 +38,11 @@ class RefereeAccess(Observer):
         self._guarded: set[str] = set()
         self._protocol: Protocol | None = None
 
-    def credentials(self, others: Credentials | None = None) -> Credentials:
-        """Return credentials with the referee's token added.
-
-        Args:
-            others: Those of the robot's token file; without one everybody else may do everything but what is
-                guarded.
-        """
+    def credentials(self) -> Credentials:
+        """Return the referee's token; everybody else may do everything but what is guarded."""
         access = Access(REFEREE, Role.ADMIN, DEFAULT_RULES[Role.ADMIN])
         key = Credential(access, digest=self._digest)
-        if others is None:
-            return Credentials((key,), UNGUARDED)
-        return replace(others, keys=(*others.keys, key))
+        return Credentials((key,), UNGUARDED)
 
     def watch(self, protocol: Protocol) -> None:
         """Take the protocol whose services are guarded; its authenticator must know ``credentials``."""

@@ -12,7 +12,7 @@ from teleop.robot.topics.topic_table import SIMULATION_ACTION, SIMULATION_SERVIC
 from teleop.robot.world_control.answers import Answer, Request, answered, refuser
 from teleop.robot.world_control.entity_services import EntityServices
 from teleop.robot.world_control.interface import SteppableWorld
-from teleop.robot.world_control.results import Feature, Scope, State
+from teleop.robot.world_control.results import Feature
 from teleop.robot.world_control.state_services import StateServices
 from teleop.scenario.standard.access import RefereeAccess
 from teleop.scenario.standard.stepping import Stepping
@@ -28,18 +28,17 @@ _OFFERED: Final = (
     Feature.ENTITY_INFO_GETTING,
     Feature.SPAWNABLES,
     Feature.SIMULATION_RESET,
+    Feature.SIMULATION_RESET_STATE,
+    Feature.SIMULATION_RESET_SPAWNED,
     Feature.SIMULATION_STATE_GETTING,
-    Feature.WORLD_INFO_GETTING,
-    Feature.SPAWNING_ENTITIES,
-)
-"""What is always offered; the rest depends on the world's control."""
-_STEPPING: Final = (
     Feature.SIMULATION_STATE_PAUSE,
     Feature.STEP_SIMULATION_SINGLE,
     Feature.STEP_SIMULATION_MULTIPLE,
     Feature.STEP_SIMULATION_ACTION,
+    Feature.WORLD_INFO_GETTING,
+    Feature.SPAWNING_ENTITIES,
 )
-"""What is offered where time can be paused."""
+"""What is offered."""
 
 
 class SimulationServices:
@@ -47,10 +46,9 @@ class SimulationServices:
 
     def __init__(self, access: RefereeAccess, control: SteppableWorld) -> None:
         """Offer the services; ``access`` watches the protocol already."""
-        self._control = control
         self._stepping = Stepping(control)
         answers: dict[str, Answer] = {
-            "GetSimulatorFeatures": self._features,
+            "GetSimulatorFeatures": _features,
             **StateServices(control, self._stepping.require_rest).answers,
             **EntityServices(control).answers,
         }
@@ -61,27 +59,16 @@ class SimulationServices:
             access.serve(service.name, service.type, self._stepping.step if stepping else handler)
         access.serve_action(SIMULATION_ACTION.name, SIMULATION_ACTION.type, self._stepping.simulate)
 
-    def _features(self, request: Request) -> Request:
-        control, features = self._control, list(_OFFERED)
-        for scope, feature in (
-            (Scope.TIME, Feature.SIMULATION_RESET_TIME),
-            (Scope.STATE, Feature.SIMULATION_RESET_STATE),
-            (Scope.SPAWNED, Feature.SIMULATION_RESET_SPAWNED),
-        ):
-            if scope in control.scopes:
-                features.append(feature)
-        if len(control.states) > 1:
-            features.append(Feature.SIMULATION_STATE_SETTING)
-        if State.PAUSED in control.states:
-            features += _STEPPING
-        info = "A step is a tick of 20 ms. The world's frame is map. Entities stand on the ground."
-        return {
-            "features": {
-                "features": sorted(map(int, features)),
-                "spawn_formats": [],
-                "custom_info": info,
-            }
+
+def _features(request: Request) -> Request:
+    info = "A step is a tick of 20 ms. The world's frame is map. Entities stand on the ground."
+    return {
+        "features": {
+            "features": sorted(map(int, _OFFERED)),
+            "spawn_formats": [],
+            "custom_info": info,
         }
+    }
 
 
 def _served(answer: Answer) -> Callable[[int, Request, int], Request]:

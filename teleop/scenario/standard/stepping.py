@@ -6,7 +6,7 @@ from collections.abc import Callable
 from typing import Any, Final
 
 from teleop.robot.world_control.interface import SteppableWorld, StepsDone
-from teleop.robot.world_control.results import Code, ControlError, State, result
+from teleop.robot.world_control.results import Code, ControlError, result
 from teleop.rosbridge.graph.deferred_response import DeferredResponse
 from teleop.rosbridge.graph.goals import Goal
 
@@ -70,8 +70,6 @@ class Stepping:
         self, steps: int, most: int, progress: StepsDone, over: Callable[[str], object]
     ) -> Callable[[], object]:
         self.require_rest()
-        if self._control.state is State.PLAYING:
-            raise ControlError(Code.INCORRECT_STATE, "time goes on by itself; pause it first")
         if not 1 <= steps <= most:
             raise ControlError(Code.FAILED, f"steps must be 1 to {most}, got {steps}")
 

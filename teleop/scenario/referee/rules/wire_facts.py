@@ -10,7 +10,7 @@ from dataclasses import dataclass, field, replace
 from typing import Any, Final
 
 from localization.types import SECOND
-from teleop.joystick import JoystickLayout
+from teleop.joystick import LAYOUT
 from teleop.robot.topics.arm_topics import ARM_ACTIONS, ARM_INPUTS, MIRROR_DEGREES
 from teleop.rosbridge.auth.permissions import Access
 from teleop.rosbridge.protocol.connection import Connection
@@ -129,7 +129,6 @@ class WireFacts(Observer):
     def __init__(self, clock: Callable[[], int]) -> None:
         """Date frames by the robot's clock [ns]."""
         self._clock = clock
-        self._layout = JoystickLayout()
         self.clients: dict[int, ClientFacts] = {}
         """All clients so far, by number."""
 
@@ -193,7 +192,7 @@ class WireFacts(Observer):
         del client.drives[:-_KEPT]
 
     def _joy(self, message: Mapping[str, Any], now: int, sent: int | None) -> DriveMessage | None:
-        layout, buttons = self._layout, message.get("buttons", ())
+        layout, buttons = LAYOUT, message.get("buttons", ())
         try:
             forward = float(message["axes"][layout.forward_axis])
             turn = float(message["axes"][layout.turn_axis])

@@ -81,20 +81,6 @@ def test_json_is_compact_ascii_with_fields_in_the_order_of_the_type() -> None:
     assert text == ('{"stamp":{"sec":0,"nanosec":0,"secs":0,"nsecs":0},"frame_id":"\\u00e9"}')
 
 
-@pytest.mark.parametrize(
-    ("stamps", "names"),
-    [
-        ("ros1", {"secs", "nsecs"}),
-        ("ros2", {"sec", "nanosec"}),
-        ("both", {"secs", "nsecs", "sec", "nanosec"}),
-    ],
-)
-def test_stamp_fields_are_named_as_configured(stamps: Any, names: set[str]) -> None:
-    codec = Codec(FORMS, stamps=stamps)
-    stamp = json.loads(codec.json(FORMS["builtin_interfaces/Time"], {"sec": 1}))
-    assert set(stamp) == names
-
-
 @pytest.mark.parametrize("blob", [bytes(range(256)), memoryview(bytes(256)), np.zeros(9, np.uint8)])
 def test_bytes_are_base64_in_json_and_a_byte_string_in_cbor(blob: Any) -> None:
     kind, message = FORMS["sensor_msgs/CompressedImage"], {"data": blob}

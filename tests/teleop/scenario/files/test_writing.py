@@ -1,14 +1,13 @@
 """Scenarios as text: what is written is read again."""
 
 import tomllib
-from pathlib import Path
 from typing import Any
 
 import pytest
 from hypothesis import given, settings, strategies as st
 
 from teleop.scenario.files.fields import Node, kinds, resolved, schema
-from teleop.scenario.files.reading import read_scenario, scenario_from
+from teleop.scenario.files.reading import scenario_from
 from teleop.scenario.files.scenario import SCHEMA, Scenario
 from teleop.scenario.files.writing import scenario_text, toml_value
 
@@ -77,20 +76,6 @@ def test_a_long_list_has_a_line_for_each_element() -> None:
     goals = [{"at": "corridor_west", "within": 0.25 + i} for i in range(4)]
     text = scenario_text(scenario_from({"format": 1, "name": "a", "mission": {"goals": goals}}))
     assert text.count("\n  {at = ") == 4
-
-
-def test_files_are_written_relative_to_the_folder_and_found_there_again(tmp_path: Path) -> None:
-    (tmp_path / "commands.jsonl").touch()
-    (tmp_path / "hall.toml").touch()
-    file = tmp_path / "a.toml"
-    file.write_text(
-        'format = 1\nname = "a"\nworld.scene = "hall.toml"\n'
-        'operator = {kind = "replay", file = "commands.jsonl"}\n'
-    )
-    scenario = read_scenario(file)
-    file.write_text(scenario_text(scenario, tmp_path))
-    assert str(tmp_path) not in file.read_text()
-    assert read_scenario(file) == scenario
 
 
 def test_a_value_of_another_type_is_refused() -> None:

@@ -11,7 +11,6 @@ from teleop.link.emulation import LinkConfig, LinkEmulation
 from teleop.ros_types import registry
 from teleop.rosbridge import Authenticator, Protocol, read_credentials
 from teleop.rosbridge.auth.permissions import UNGUARDED
-from teleop.rosbridge.framing.outgoing_frames import Output
 from teleop.rosbridge.protocol.connection import Connection
 from teleop.rosbridge.protocol.observers import Observer
 from teleop.scenario.operators.memory_transport import MemoryTransport, WireError
@@ -237,29 +236,3 @@ def test_recorder_gets_all_that_is_sent_but_tokens() -> None:
         (SECOND, "publish"),
         (SECOND, "call_service"),
     ]
-
-
-def test_other_clients_keep_their_transport() -> None:
-    class Others:
-        def __init__(self) -> None:
-            self.sent: list[int] = []
-            self.woken = 0
-
-        def send(self, client: int, output: Output) -> None:
-            self.sent.append(client)
-
-        def wake(self) -> None:
-            self.woken += 1
-
-    host, others = Host(), Others()
-    host.protocol.connections.detach()
-    host.protocol.connections.attach(others)
-    transport = MemoryTransport(host.protocol, lambda: host.now, others=others)
-    other = host.protocol.connect(0)
-    wire = transport.connect()
-    for client in (other, wire.client):
-        host.protocol.connections.send_status(client, "error", "hello")
-    host.protocol.timers.at(SECOND, lambda now: None)
-    assert others.sent == [other]
-    assert others.woken == 1
-    assert wire.received == 1

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from localization.types import SECOND, Twist
-from teleop.joystick import JoystickLayout, read_joy
+from teleop.joystick import read_joy
 from teleop.ros_types import registry
 from teleop.rosbridge import ClientLimits, Protocol, nanoseconds, stamp
 from teleop.scenario.operators.memory_transport import MemoryTransport
@@ -80,7 +80,7 @@ class Unicycle:
 
     def _joy(self, client: int, message: dict[str, Any], now: int) -> None:
         self.stamps.append(nanoseconds(message["header"]["stamp"]))
-        request = read_joy(list(message["axes"]), list(message["buttons"]), JoystickLayout())
+        request = read_joy(list(message["axes"]), list(message["buttons"]))
         self._drive(client, request.twist, request.enabled, now)
 
     def _velocity(self, client: int, message: dict[str, Any], now: int) -> None:

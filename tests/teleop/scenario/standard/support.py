@@ -9,14 +9,11 @@ from typing import Any
 
 from localization.maps.cloud import Cloud
 from localization.maps.prepared_map import prepare
-from localization.pipeline.localizer import Localizer
 from robot_sim import Simulation, World
 from teleop.robot.assembly import RobotParts, build_stepped_robot
-from teleop.robot.robot import Robot
 from teleop.robot.serving.serve_config import ServeConfig
 from teleop.robot.tick_record import TickRecord
 from teleop.rosbridge.auth.authenticator import Authenticator
-from teleop.rosbridge.auth.credentials import Credentials
 from teleop.rosbridge.framing.outgoing_frames import CloseFrame
 from teleop.scenario.standard.access import RefereeAccess
 from teleop.scenario.standard.lockstep_world import LockstepWorld
@@ -26,25 +23,14 @@ from teleop.scenario.standard.simulation_services import SimulationServices
 class Desk:
     """A plain robot in lockstep with the standard's services; no socket, no clock."""
 
-    def __init__(
-        self,
-        world: World,
-        cloud: Cloud,
-        cache: Path,
-        *,
-        tokens: Credentials | None = None,
-        restarts: bool = True,
-        playing: bool = False,
-        ends: int | None = None,
-    ) -> None:
-        self._world, self._prepared = world, prepare(cloud, cache=cache)
+    def __init__(self, world: World, cloud: Cloud, cache: Path) -> None:
         self.violations: list[tuple[str, str]] = []
         self.access = RefereeAccess(lambda *attempt: self.violations.append(attempt))
-        authenticator = Authenticator(self.access.credentials(tokens), lambda: 0.0)
+        authenticator = Authenticator(self.access.credentials(), lambda: 0.0)
         self.stepped = build_stepped_robot(
             RobotParts(world, seed=1),
             cloud,
-            self._prepared,
+            prepare(cloud, cache=cache),
             ServeConfig(port=0, lockstep=True),
             authenticator=authenticator,
         )
@@ -52,20 +38,10 @@ class Desk:
         self.ticks: list[TickRecord] = []
         self.stepped.observers = (self.ticks.append,)
         self.access.watch(self.protocol)
-        self.control = LockstepWorld(
-            self.stepped,
-            restart=self._robot if restarts else None,
-            tick=lambda: None if len(self.ticks) == ends else self.stepped.tick(),
-            playing=playing,
-        )
-        self.services = SimulationServices(self.access, self.control)
+        SimulationServices(self.access, LockstepWorld(self.stepped))
         self._received: dict[int, list[Any]] = {}
         self._ids = itertools.count()
         self.referee = self.connect(self.access.token)
-
-    def _robot(self) -> Robot:
-        simulation = Simulation(self._world, seed=1)
-        return Robot(simulation, Localizer(self._prepared, simulation.mounts))
 
     @property
     def simulation(self) -> Simulation:

@@ -2,24 +2,10 @@
 
 from __future__ import annotations
 
-import hashlib
-
-import pytest
-
-from teleop.rosbridge.auth.credentials import Credential, Credentials
-from teleop.rosbridge.auth.permissions import DEFAULT_RULES, Access, Role
 from teleop.scenario.standard.access import RefereeAccess
-from tests.teleop.scenario.standard.conftest import Desks
 from tests.teleop.scenario.standard.support import Desk, pose
 
 ACTION = "/sim/simulate_steps"
-TOKENS = {
-    "driver": (Role.OPERATE, "a driver's token, secret"),
-    "viewer": (Role.VIEW, "a viewer's token, secret"),
-    "owner": (Role.ADMIN, "an owner's token, secret"),
-    "referee": (Role.ADMIN, "not the referee's token at all"),
-}
-
 ARGUMENTS = {
     "steps": 3,
     "scope": 255,
@@ -33,22 +19,13 @@ ARGUMENTS = {
 """With which something would happen."""
 
 
-def token_file(*, anonymous: bool = False) -> Credentials:
-    keys = tuple(
-        Credential(Access(name, role, DEFAULT_RULES[role]), hashlib.sha256(token.encode()).digest())
-        for name, (role, token) in TOKENS.items()
-    )
-    access = Access("", Role.OPERATE, DEFAULT_RULES[Role.OPERATE]) if anonymous else None
-    return Credentials(keys, access)
-
-
 def services(desk: Desk) -> list[str]:
     found = [s.name for s in desk.protocol.services.all if s.kind.name.startswith("simulation_int")]
     assert len(found) == 22
     return found
 
 
-def assert_refused(desk: Desk, client: int, *, by_role: bool = False) -> None:
+def assert_refused(desk: Desk, client: int) -> None:
     """Try each service and the action as a client; nothing may happen, and each attempt is reported."""
     name = desk.protocol.connections.name(client)
     before = desk.stepped.stamp, desk.simulation.truth().map_from_base.position.tobytes()
@@ -62,7 +39,7 @@ def assert_refused(desk: Desk, client: int, *, by_role: bool = False) -> None:
             desk.send(client, op="call_service", service=spelt, args=args)
         answers = [o for o in desk.received(client) if o["op"] == "service_response"]
         assert [a["result"] for a in answers] == [False] * 3
-        reason = "may not call" if by_role else "is the referee's; connect with the token"
+        reason = "is the referee's; connect with the token"
         assert all(reason in a["values"] for a in answers), answers
         assert desk.violations == [(name, service)] * 3
     del desk.violations[:]
@@ -79,34 +56,6 @@ def test_client_without_token_controls_nothing_where_there_are_no_tokens(desk: D
     # What is not guarded is as it always was.
     desk.send(client, op="call_service", id="e", service="/teleop/estop")
     assert any(o.get("id") == "e" and o["result"] for o in desk.received(client))
-
-
-@pytest.mark.parametrize("who", TOKENS)
-def test_no_token_of_a_file_is_the_referees_not_even_one_of_its_name(
-    desks: Desks, who: str
-) -> None:
-    desk = desks(tokens=token_file())
-    role, token = TOKENS[who]
-    assert_refused(desk, desk.connect(token), by_role=role is Role.VIEW)
-    desk.done("step_simulation", steps=1)
-
-
-def test_anonymous_client_beside_a_token_file_controls_nothing(desks: Desks) -> None:
-    desk = desks(tokens=token_file(anonymous=True))
-    assert_refused(desk, desk.connect())
-
-
-def test_client_that_has_not_authenticated_is_refused_and_reported(desks: Desks) -> None:
-    desk = desks(tokens=token_file())
-    client = desk.connect()
-    name = desk.protocol.connections.name(client)
-    desk.send(client, op="call_service", service="/sim/step_simulation", args={"steps": 3})
-    (answer,) = desk.received(client)
-    assert answer["msg"] == "call_service: authentication with a token is required"
-    assert desk.violations == [(name, "/sim/step_simulation")]
-    desk.send(client, op="auth", token=desk.access.token)
-    desk.send(client, op="call_service", service="/sim/step_simulation", args={"steps": 3})
-    assert desk.received(client)[-1]["values"]["result"]["result"] == 1
 
 
 def test_referee_may_present_its_token_later_and_a_wrong_one_ends_the_connection(

@@ -10,7 +10,6 @@ import pytest
 
 from robot_sim import TICK_NS
 from teleop.robot.world_control.results import Feature
-from tests.teleop.scenario.standard.conftest import Desks
 from tests.teleop.scenario.standard.support import Desk, pose
 
 
@@ -32,15 +31,10 @@ async def ticks(desk: Desk, count: int) -> None:
     raise AssertionError("nothing is stepped")
 
 
-def test_features_say_what_is_offered(desks: Desks) -> None:
-    features = desks().call("get_simulator_features")["features"]
-    assert set(features["features"]) == {int(f) for f in Feature}
+def test_features_say_what_is_offered(shared_desk: Desk) -> None:
+    features = shared_desk.call("get_simulator_features")["features"]
+    assert features["features"] == sorted(int(f) for f in Feature)
     assert features["spawn_formats"] == []
-    fewer = desks(restarts=False).call("get_simulator_features")["features"]["features"]
-    assert set(features["features"]) - set(fewer) == {
-        Feature.SIMULATION_RESET_TIME,
-        Feature.SIMULATION_STATE_SETTING,
-    }
 
 
 @pytest.mark.parametrize(
@@ -138,36 +132,16 @@ def test_stepping_ends_when_its_caller_leaves(desk: Desk) -> None:
     desk.done("step_simulation", steps=1)
 
 
-def test_setting_to_stop_answers_and_everything_is_as_at_the_beginning(desk: Desk) -> None:
-    def drive() -> bytes:
-        del desk.ticks[:]
-        desk.done("step_simulation", steps=40)
-        return b"".join(t.truth.map_from_base.position.tobytes() for t in desk.ticks)
-
-    state = {"state": 0}
-    first = drive()
-    assert desk.call("get_simulation_state")["state"] == {"state": 2}
-    desk.done("spawn_entity", **spawn("crate", 22.0, 3.0))
-    desk.done("set_simulation_state", state=state)
-    assert desk.call("get_simulation_state")["state"] == state
-    assert desk.refused("set_simulation_state", state=state) == (101, "it is STOPPED already")
-    assert desk.stepped.stamp == 0
-    assert desk.call("get_entities")["entities"] == ["robot"]
-    desk.done("set_simulation_state", state={"state": 2})
-    assert drive() == first
+def test_stepped_robot_is_paused_and_nothing_else(shared_desk: Desk) -> None:
+    assert shared_desk.call("get_simulation_state")["state"] == {"state": 2}
+    paused = {"state": {"state": 2}}
+    assert shared_desk.refused("set_simulation_state", **paused) == (101, "it is PAUSED already")
+    for state in (0, 1, 3, 7):
+        answer = shared_desk.refused("set_simulation_state", state={"state": state})
+        assert answer == (0, f"state {state} cannot be set here; those that can: PAUSED")
 
 
-@pytest.mark.parametrize(("state", "restarts"), [(1, True), (3, True), (7, True), (0, False)])
-def test_states_that_a_stepped_robot_has_not_are_unsupported(
-    desks: Desks, state: int, restarts: bool
-) -> None:
-    code, text = desks(restarts=restarts).refused("set_simulation_state", state={"state": state})
-    assert code == 0
-    assert f"state {state} cannot be set here; those that can: " in text
-
-
-def test_reset_of_parts_leaves_the_rest(desks: Desks) -> None:
-    desk = desks(restarts=False)
+def test_reset_of_parts_leaves_the_rest(desk: Desk) -> None:
     start = desk.simulation.truth().map_from_base.position
     desk.done("spawn_entity", **spawn("crate", 22.0, 3.0))
     desk.done("set_entity_state", entity="robot", state={"pose": pose(18.5, 8.2)}, set_pose=True)
@@ -185,8 +159,6 @@ def test_reset_of_parts_leaves_the_rest(desks: Desks) -> None:
         0,
         "scope 8 has bits that are not known here",
     )
-    text = "time goes back only when all is reset"
-    assert desks().refused("reset_simulation", scope=1) == (0, text)
 
 
 def test_reset_names_what_stands_at_the_start(desk: Desk) -> None:
@@ -342,21 +314,3 @@ def test_filter_that_is_not_understood_is_refused(
     found = shared_desk.refused("get_entities", filters=filters)
     assert found[0] == code
     assert text in found[1]
-
-
-def test_robot_whose_time_goes_by_itself_can_be_moved_but_not_stepped(desks: Desks) -> None:
-    desk = desks(playing=True)
-    features = desk.call("get_simulator_features")["features"]["features"]
-    assert not {26, 31, 32, 33} & set(features)
-    assert desk.call("get_simulation_state")["state"] == {"state": 1}
-    text = "time goes on by itself; pause it first"
-    assert desk.refused("step_simulation", steps=1) == (3, text)
-    assert desk.refused("set_simulation_state", state={"state": 2})[0] == 0
-    assert desk.refused("reset_simulation")[0] == 0
-    desk.done("set_entity_state", entity="robot", state={"pose": pose(18.5, 8.2)})
-
-
-def test_stepping_past_the_end_of_a_run_says_so(desks: Desks) -> None:
-    desk = desks(ends=4)
-    assert desk.refused("step_simulation", steps=9) == (4, "the run is over")
-    assert len(desk.ticks) == 4
