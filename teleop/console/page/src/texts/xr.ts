@@ -1,6 +1,6 @@
 /** Words of the headset's part: its buttons, boards and troubles. */
 
-const ms = (value: number | undefined): string => (value === undefined ? "unknown" : `${Math.round(value)} ms`);
+const ms = (value: number | undefined): string => (value === undefined || Number.isNaN(value) ? "unknown" : `${Math.round(value)} ms`);
 
 export const xrTexts = {
   enter: { "immersive-vr": "Enter VR", "immersive-ar": "Enter AR" },

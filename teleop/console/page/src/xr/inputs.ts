@@ -2,12 +2,7 @@
 
 import { Quaternion, Vector3 } from "three";
 import { layoutOf, type ControllerButton, type ControllerLayout } from "./controller_layout";
-
-/** Where something is in the operator's room. */
-export interface Placed {
-  readonly position: Vector3;
-  readonly turn: Quaternion;
-}
+import { takePose, type Placed } from "./webxr_pose";
 
 /** A hand, empty or with a controller; one object for good, renewed each frame. */
 export class Side implements Placed {
@@ -36,8 +31,12 @@ export class Side implements Placed {
   get unusable(): string | undefined {
     const { source, present, layout } = this;
     const pad = present && source?.targetRayMode === "tracked-pointer" && !source.hand ? source.gamepad : undefined;
-    const { squeeze = Infinity, stick: [, last] = [0, Infinity] } = layout ?? {};
-    return pad === undefined || (squeeze < pad.buttons.length && last < pad.axes.length) ? undefined : source?.profiles[0] ?? "";
+    if (pad === undefined) {
+      return undefined;
+    }
+    const squeeze = layout?.squeeze ?? Infinity;
+    const last = layout?.stick?.[1] ?? Infinity;
+    return squeeze < pad.buttons.length && last < pad.axes.length ? undefined : source?.profiles[0] ?? "";
   }
 
   pressed(button: ControllerButton): boolean {
@@ -123,17 +122,6 @@ function renew(side: Side, frame: XRFrame, space: XRReferenceSpace): void {
   const { source } = side;
   const ray = source && frame.getPose(source.targetRaySpace, space);
   const grip = source?.gripSpace ? frame.getPose(source.gripSpace, space) : ray;
-  side.present = ray != null && grip != null && take(side.ray, ray.transform) && take(side, grip.transform);
+  side.present = ray != null && grip != null && takePose(side.ray, ray.transform) && takePose(side, grip.transform);
   side.tracked = side.present && grip?.emulatedPosition === false;
-}
-
-/** Take a pose over; false for one that is none, as of a controller that lies on a table: all zero, or not finite. */
-function take(to: Placed, { position: p, orientation: q }: XRRigidTransform): boolean {
-  const norm = Math.hypot(q.x, q.y, q.z, q.w);
-  if (!(Math.abs(norm - 1) < 0.1) || !Number.isFinite(p.x + p.y + p.z)) {
-    return false;
-  }
-  to.position.set(p.x, p.y, p.z);
-  to.turn.set(q.x, q.y, q.z, q.w);
-  return true;
 }
