@@ -25,14 +25,14 @@ PERIODS: Final = {
     **dict.fromkeys(("/localization/status", "/localization/candidates"), 0.0),
     **dict.fromkeys(("/localization/hint_verdict", "/ground_truth/odom"), 0.0),
     **dict.fromkeys(("/tf", "/amcl_pose"), 0.0),
-    "/local_cloud": 0.19,
+    **dict.fromkeys(("/local_cloud", "/teleop/guard"), 0.19),
     "/camera/rgb/image_rect_color/compressed": 0.49,
     # What a localiser reads.
     **dict.fromkeys(("/scan", "/scan_vertical", "/joint_states", "/imu/data"), 0.0),
 }
 """Topics that are recorded, and the shortest time between two messages of each [s].
 
-Clouds five times and pictures twice a second: more would be most of the file, and show hardly more.
+Clouds and the guard's zone five times and pictures twice a second: more would be most of the file, and show hardly more.
 """
 
 _STEP: Final = 16_000_000

@@ -94,7 +94,7 @@ async def test_nothing_in_the_bar_moves_when_the_first_key_unlocks_the_sound(
         page_of(page_address(robot), viewport={"width": 1280, "height": 800}) as visit,
     ):
         page = visit.page
-        await soon(page.get_by_text("Sound: press any key").wait_for())
+        await soon(page.get_by_text("Sound: any key").wait_for())
         await soon(page.get_by_role("button", name="First drive").wait_for())
         before = await page.evaluate(BAR)
         await page.keyboard.press("Shift")
