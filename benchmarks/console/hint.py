@@ -53,7 +53,7 @@ async def _found(
     robot.place()
     async with page_at(robot.page) as page:
         await says(page, "Knows where it is")
-        await page.locator("canvas").focus()
+        await page.locator(".page-canvas canvas").focus()
         await page.keyboard.press("v")  # from above
         here = robot.simulation.truth().map_from_base
         x, y = (float(v) for v in here.position[:2])

@@ -1,6 +1,6 @@
 """The console page in Debian's Chromium: opening, frames, clouds, stick, memory, bandwidth, and losing it.
 
-Parts by name: opening frames cloud stick memory bandwidth clients hint xr losing; the last is also to be had in chunks,
+Parts by name: opening rate frames cloud stick memory bandwidth clients hint xr losing; the last is also to be had in chunks,
 losing-1 to losing-8. ``--minutes N`` is how long is driven for ``memory`` (5; the goal is of 30), ``--trials N`` how
 often it is lost for ``losing`` (200 in all chunks). All is on loopback and
 in real time, so other work on the machine shows. Without a graphics card Chromium draws on the processor, in a process of
@@ -22,6 +22,7 @@ from benchmarks.console.headset import xr
 from benchmarks.console.hint import hint
 from benchmarks.console.losing import CHUNKS, TRIALS, losing
 from benchmarks.console.opening import opening
+from benchmarks.console.rate import rate
 from benchmarks.console.stick import clients, stick
 from benchmarks.console.traffic import bandwidth, memory
 
@@ -29,6 +30,7 @@ TAKES_WORDS = True
 
 PARTS: dict[str, Callable[..., Iterator[Figure]]] = {
     "opening": opening,
+    "rate": rate,
     "frames": frames,
     "cloud": cloud,
     "stick": stick,
@@ -56,8 +58,8 @@ def main(words: Sequence[str] = (), *, out: Path | None = None) -> None:
     parser.add_argument("--minutes", type=int, default=5, help="of driving, for memory")
     parser.add_argument("--trials", type=int, default=TRIALS, help="of losing it")
     options = parser.parse_args(list(words))
-    if options.minutes < 2 or options.trials < CHUNKS:
-        parser.error(f"--minutes wants 2 or more, --trials {CHUNKS} or more")
+    if options.minutes < 4 or options.trials < CHUNKS:
+        parser.error(f"--minutes wants 4 or more, --trials {CHUNKS} or more")
     parts: dict[str, Callable[[], Iterator[Figure]]] = {
         **PARTS,
         "memory": partial(memory, minutes=options.minutes),

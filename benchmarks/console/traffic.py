@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 from playwright.async_api import CDPSession, Page
+from scipy.stats import linregress, t
 
 from benchmarks.common.figures import Figure
 from benchmarks.console.browser import page_at
@@ -25,8 +26,10 @@ PICTURES = {
     "lean": (256.0, "localStorage.setItem('farsteer.lean', 'true')"),
 }
 """Most that each may take [kbit/s], and the script that sets it."""
-HEAP, GROWTH = 300.0, 1.0
-"""Most memory of script and buffers [MB]; growth that counts as none [MB/min]."""
+HEAP, GROWTH = 300.0, 0.3
+"""Most memory of script and buffers [MB]; growth that counts as none [MB/min], 10 MB in half an hour."""
+EACH, AT_HOME = 20.0, 2.0
+"""How often memory is looked at [s], and until caches and rings are full [min]."""
 LEG = 2.5
 """Time for which is driven ahead, then back [s]."""
 
@@ -44,7 +47,7 @@ async def _bandwidth(script: str) -> tuple[float, float]:
         serving() as robot,
         shaped_link(robot.port, inf) as link,
         page_at(f"http://127.0.0.1:{link.port}/", *([script] if script else [])) as page,
-        _driving(page),
+        driving(page),
     ):
         await asyncio.sleep(SETTLE)
         clock = asyncio.get_running_loop().time
@@ -58,24 +61,31 @@ def memory(minutes: int = 5) -> Iterator[Figure]:
     """Yield the page's memory after so many minutes of driving, and by how much it grows."""
     held = asyncio.run(_memory(minutes))
     case, n = f"{minutes} min of driving", len(held)
+    growth, off = slope(held)
     yield Figure(case, "script and buffers", "at the end", held[-1], "MB", n, most=HEAP)
     yield Figure(case, "script and buffers", "most", max(held), "MB", n)
-    yield Figure(case, "script and buffers", "growth", slope(held), "MB/min", n, most=GROWTH)
+    low, high = growth - off, growth + off
+    yield Figure(
+        case, "script and buffers", "growth", growth, "MB/min", n, low=low, high=high, most=GROWTH
+    )
 
 
-def slope(held: Sequence[float]) -> float:
-    """Return how much is added from one value to the next, by the line of least squares."""
-    return float(np.polyfit(np.arange(len(held)), held, 1)[0])
+def slope(held: Sequence[float]) -> tuple[float, float]:
+    """Return by how much memory grows by the line of least squares, and half its 95 % interval [MB/min]."""
+    minutes = np.arange(len(held)) * EACH / 60.0
+    line = linregress(minutes, held)
+    return float(line.slope), float(t.ppf(0.975, len(held) - 2) * line.stderr)
 
 
 async def _memory(minutes: int) -> list[float]:
-    """Return what is held after the first minute and each further one [MB]."""
+    """Return what is held, looked at again and again once the page has been at home for a while [MB]."""
     held = list[float]()
-    async with serving() as robot, page_at(robot.page) as page, _driving(page):
+    async with serving() as robot, page_at(robot.page) as page, driving(page):
         session = await page.context.new_cdp_session(page)
-        for _ in range(minutes):
-            await asyncio.sleep(60.0)
+        await asyncio.sleep(60.0 * AT_HOME)
+        for _ in range(round(60.0 * (minutes - AT_HOME) / EACH) + 1):
             held.append(await _held(session))
+            await asyncio.sleep(EACH)
     return held
 
 
@@ -92,20 +102,20 @@ def megabytes(usage: Mapping[str, Any]) -> float:
 
 
 @asynccontextmanager
-async def _driving(page: Page) -> AsyncIterator[None]:
+async def driving(page: Page) -> AsyncIterator[None]:
     """Drive to and fro by keys meanwhile."""
-    driving = asyncio.create_task(_drive(page))
+    task = asyncio.create_task(_drive(page))
     try:
         yield
-        if driving.done():
-            driving.result()
+        if task.done():
+            task.result()
     finally:
-        driving.cancel()
-        await asyncio.gather(driving, return_exceptions=True)
+        task.cancel()
+        await asyncio.gather(task, return_exceptions=True)
 
 
 async def _drive(page: Page) -> None:
-    await page.locator("canvas").focus()
+    await page.locator(".page-canvas canvas").focus()
     while True:
         for key in ("ArrowUp", "ArrowDown"):
             await page.keyboard.down(key)

@@ -129,6 +129,7 @@ class Gateway:
                     RunBook(
                         self.server,
                         config.runs,
+                        space=round(config.runs_space * 1e9),
                         stamp=lambda: self._stamp,
                         date=clock.utc_text,
                         audit=self._audit,

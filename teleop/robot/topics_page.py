@@ -10,7 +10,7 @@ from collections.abc import Iterable
 from typing import Any
 
 from teleop.robot.cameras.camera_topics import CAMERA_TOPICS, InfoTopic, PictureTopic
-from teleop.robot.runs.run_interfaces import START, STATE, STOP
+from teleop.robot.runs.run_interfaces import DELETE, KEEP, START, STATE, STOP
 from teleop.robot.topics.arm_topics import (
     ARM_ACTIONS,
     ARM_INFO,
@@ -82,7 +82,7 @@ def markdown() -> str:
         "",
         "| service | type | effect |",
         "|---|---|---|",
-        *_rows((*SERVICES, START, STOP)),
+        *_rows((*SERVICES, START, STOP, DELETE, KEEP)),
         "",
         "Only with `farsteer serve --lan`:",
         "",

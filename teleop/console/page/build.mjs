@@ -5,6 +5,8 @@ import { dirname, join, relative } from "node:path";
 import { fileURLToPath } from "node:url";
 import { build, transform } from "esbuild";
 
+import { forEsbuild } from "./input_profiles.mjs";
+
 const here = dirname(fileURLToPath(import.meta.url));
 const target = process.argv[2] ?? join(here, "dist");
 
@@ -21,6 +23,7 @@ const common = {
   jsxImportSource: "preact",
   legalComments: "none",
   metafile: true,
+  plugins: [forEsbuild],
   logLevel: "warning",
 };
 // What is imported when it is asked for becomes files of its own, and so does what these share with the page.
@@ -62,7 +65,7 @@ async function licences(inputs) {
   for (const folder of [...folders].sort()) {
     const about = JSON.parse(await readFile(join(here, folder, "package.json"), "utf8"));
     const text = await licenceText(join(here, folder));
-    parts.push(`${about.name} ${about.version} (${about.license})\n\n${text}`);
+    parts.push(`${about.name} ${about.version} (${about.license ?? "named below"})\n\n${text}`);
   }
   return parts.join(`\n${"-".repeat(80)}\n\n`);
 }

@@ -21,7 +21,7 @@ const FLOORS = {
 };
 
 export default tseslint.config(
-  { ignores: ["dist", "node_modules", "build.mjs", "*.config.*", "lint", "tests/lint"] },
+  { ignores: ["dist", "node_modules", "*.mjs", "*.config.*", "lint", "tests/lint"] },
   js.configs.recommended,
   ...tseslint.configs.strictTypeChecked,
   { languageOptions: { parserOptions: { projectService: true, tsconfigRootDir: import.meta.dirname } } },

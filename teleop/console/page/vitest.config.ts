@@ -1,6 +1,9 @@
 import { defineConfig } from "vitest/config";
 
+import { forVite } from "./input_profiles.mjs";
+
 export default defineConfig({
+  plugins: [forVite],
   oxc: { jsx: { runtime: "automatic", importSource: "preact" } },
   test: {
     include: ["tests/**/*.test.{js,ts,tsx}"],

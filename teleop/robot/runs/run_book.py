@@ -6,29 +6,24 @@ import asyncio
 import json
 import logging
 import re
-from collections.abc import AsyncIterator, Callable
+from collections.abc import AsyncIterator, Callable, Sequence
 from http import HTTPStatus
 from pathlib import Path
 from typing import Any, Final
 
-from mcap.exceptions import McapError
-from mcap.reader import make_reader
-
 from teleop.robot.audit.audit_log import AuditLog
-from teleop.robot.runs.run_interfaces import START, STATE, STOP
+from teleop.robot.runs.run_folder import LIST, RunFolder
+from teleop.robot.runs.run_interfaces import DELETE, KEEP, START, STATE, STOP
 from teleop.robot.runs.run_recorder import RunRecorder
 from teleop.rosbridge.server.handled_request import text_page
 from teleop.rosbridge.server.http_handlers import HttpRequest, Route, Stream
 from teleop.rosbridge.server.http_pages import Page
 from teleop.rosbridge.server.server import Server
 
-LIST: Final = "/runs"
-"""Path of the list; a run is below it."""
-
-_NAME: Final = re.compile(r"run-\d{8}-\d{6}\.mcap")
 _PIECE: Final = 256 * 1024
 """What is read from the disk at once [bytes]."""
-_MOST_LISTED: Final = 200
+_LEAST: Final = 10_000_000
+"""Least room with which a run is begun [bytes]: a minute of driving."""
 _LOG: Final = logging.getLogger(__name__)
 
 
@@ -40,6 +35,7 @@ class RunBook:
         server: Server,
         folder: Path,
         *,
+        space: int,
         stamp: Callable[[], int],
         date: Callable[[], str],
         audit: AuditLog | None,
@@ -48,12 +44,14 @@ class RunBook:
 
         Args:
             server: The robot's server, not yet started.
-            folder: Where runs are kept; made with the first one.
+            folder: Where runs are; made with the first one.
+            space: Most that they may take [bytes].
             stamp: Returns the time of the robot's clock [ns].
             date: Returns date and time as ISO 8601.
             audit: Log of what clients do to the robot.
         """
-        self._server, self._folder, self._audit = server, folder, audit
+        self._server, self._audit = server, audit
+        self._folder = RunFolder(folder, space)
         self._stamp, self._date = stamp, date
         self._recorder: RunRecorder | None = None
         self._name = ""
@@ -62,6 +60,8 @@ class RunBook:
         protocol = server.protocol
         protocol.services.serve(START.name, START.type, self._start)
         protocol.services.serve(STOP.name, STOP.type, self._stop)
+        protocol.services.serve(DELETE.name, DELETE.type, self._delete)
+        protocol.services.serve(KEEP.name, KEEP.type, self._keep)
         protocol.topics.advertise(STATE.name, STATE.type, latch=True)
         self._say("")
         server.handlers.add(LIST, Route(self._list, own_pages_only=True))
@@ -77,17 +77,32 @@ class RunBook:
         if self._recorder is not None:
             return {"success": False, "message": f"{self._name} is being recorded already"}
         name = f"run-{re.sub('[-:]', '', self._date())[:15].replace('T', '-')}.mcap"
-        loop = asyncio.get_running_loop()
+        path, loop = self._folder.folder / name, asyncio.get_running_loop()
+        room = self._folder.room()
+        if room < _LEAST:
+            return {"success": False, "message": self._full()}
+        if self._folder.find(name) is not None:
+            return {"success": False, "message": f"{name} began in this second: begin again"}
 
         def ended(why: str) -> None:
             loop.call_soon_threadsafe(self._ended, recorder, why)
 
+        def grown() -> None:
+            if gone := self._folder.make_room(path):
+                loop.call_soon_threadsafe(self._removed, gone)
+
         try:
             recorder = RunRecorder(
-                self._server.protocol, self._folder / name, self._stamp, self.surfaces, ended
+                self._server.protocol,
+                path,
+                self._stamp,
+                self.surfaces,
+                ended,
+                most=room,
+                grown=grown,
             )
         except OSError as error:
-            why = f"cannot write {self._folder / name}: {error.strerror or error}"
+            why = f"cannot write {path}: {error.strerror or error}"
             return {"success": False, "message": why}
         self._recorder, self._name = recorder, name
         self._note(client, "record")
@@ -102,6 +117,48 @@ class RunBook:
         self._say("")
         return {"success": True, "message": self._name}
 
+    def _delete(self, client: int, request: dict[str, Any], now: int) -> dict[str, Any]:
+        return self._change(client, request["name"], "deleted", self._folder.delete)
+
+    def _keep(self, client: int, request: dict[str, Any], now: int) -> dict[str, Any]:
+        keep = bool(request["keep"])
+        done = "kept" if keep else "no longer kept"
+        return self._change(
+            client, request["name"], done, lambda path: self._folder.keep(path, keep)
+        )
+
+    def _change(
+        self, client: int, name: str, done: str, change: Callable[[Path], None]
+    ) -> dict[str, Any]:
+        path = self._folder.find(name)
+        if path is None:
+            return {"success": False, "message": f"no run {name[:80]!r}: GET {LIST} lists them"}
+        if self._recorder is not None and name == self._name:
+            words = f"{name} is being recorded; {STOP.name} ends it"
+            return {"success": False, "message": words}
+        try:
+            change(path)
+        except OSError as error:
+            return {"success": False, "message": f"{path}: {error.strerror or error}"}
+        self._note(client, f"run {done}")
+        return {"success": True, "message": f"{name} is {done}"}
+
+    def _full(self) -> str:
+        space = self._folder.space / 1e9
+        return (
+            f"the runs that are kept take all of the {space:g} GB that runs may take: "
+            f"delete one ({DELETE.name}), keep one no longer ({KEEP.name}), or raise --runs-space"
+        )
+
+    def _removed(self, names: list[str]) -> None:
+        space = self._folder.space / 1e9
+        _LOG.warning(
+            "removed %s, the oldest that nobody keeps: runs may take %g GB (--runs-space)",
+            ", ".join(names),
+            space,
+        )
+        self._say("", names)
+
     def _ended(self, recorder: RunRecorder, why: str) -> None:
         if self._recorder is recorder:
             self.close()
@@ -112,45 +169,23 @@ class RunBook:
         if self._audit is not None:
             self._audit.action(self._server.protocol.connections.name(client), what)
 
-    def _say(self, ended: str) -> None:
-        state = {"recording": self._name if self._recorder else "", "ended": ended}
+    def _say(self, ended: str, removed: Sequence[str] = ()) -> None:
+        recording = self._name if self._recorder else ""
+        state = {"recording": recording, "ended": ended, "removed": list(removed)}
         self._server.protocol.topics.publish(
             STATE.name, {"data": json.dumps(state)}, self._server.now
         )
 
     async def _list(self, request: HttpRequest) -> Page:
-        runs = await asyncio.to_thread(self._runs)
+        present = self._name if self._recorder else ""
+        runs = await asyncio.to_thread(self._folder.facts, present)
         headers = {"Content-Type": "application/json", "Cache-Control": "no-store"}
         return Page(HTTPStatus.OK, headers, json.dumps({"runs": runs}).encode())
 
-    def _runs(self) -> list[dict[str, Any]]:
-        """Return the newest runs first, without the one that is being recorded."""
-        present = self._name if self._recorder else ""
-        found = [p for p in self._folder.glob("run-*.mcap") if _NAME.fullmatch(p.name)]
-        names = sorted((p.name for p in found if p.name != present), reverse=True)
-        return [self._run(name) for name in names[:_MOST_LISTED]]
-
-    def _run(self, name: str) -> dict[str, Any]:
-        path, seconds = self._folder / name, None
-        try:
-            with path.open("rb") as file:
-                summary = make_reader(file).get_summary()
-            if summary is not None and (all_of := summary.statistics) is not None:
-                seconds = (all_of.message_end_time - all_of.message_start_time) / 1e9
-        except (McapError, OSError):
-            pass  # it has no end, since the disk was full: its length is not known
-        return {
-            "name": name,
-            "url": f"{LIST}/{name}",
-            "start": f"{name[4:8]}-{name[8:10]}-{name[10:12]}T{name[13:15]}:{name[15:17]}:{name[17:19]}Z",
-            "seconds": seconds,
-            "bytes": path.stat().st_size if path.exists() else 0,
-        }
-
     async def _fetch(self, request: HttpRequest) -> Page | Stream:
         name = request.path.removeprefix(f"{LIST}/")
-        path = self._folder / name
-        if not _NAME.fullmatch(name) or not path.is_file():
+        path = self._folder.find(name)
+        if path is None:
             line = f"no run {name[:80]!r}: GET {LIST} lists them"
             return text_page(HTTPStatus.NOT_FOUND, line)
         headers = {

@@ -25,18 +25,18 @@ PERIODS: Final = {
     **dict.fromkeys(("/localization/status", "/localization/candidates"), 0.0),
     **dict.fromkeys(("/localization/hint_verdict", "/ground_truth/odom"), 0.0),
     **dict.fromkeys(("/tf", "/amcl_pose"), 0.0),
-    "/local_cloud": 0.19,
+    **dict.fromkeys(("/local_cloud", "/teleop/guard"), 0.19),
     "/camera/rgb/image_rect_color/compressed": 0.49,
     # What a localiser reads.
     **dict.fromkeys(("/scan", "/scan_vertical", "/joint_states", "/imu/data"), 0.0),
 }
 """Topics that are recorded, and the shortest time between two messages of each [s].
 
-Clouds five times and pictures twice a second: more would be most of the file, and show hardly more.
+Clouds and the guard's zone five times and pictures twice a second: more would be most of the file, and show hardly more.
 """
 
-MOST_BYTES: Final = 1_000_000_000
-"""Largest size of a run [bytes]: about an hour and a half of driving."""
+_STEP: Final = 16_000_000
+"""Each time a run has grown by so much, room is made for it [bytes]."""
 
 _WAITING: Final = 4000
 """Messages that may wait for the disk: those of some ten seconds."""
@@ -58,6 +58,9 @@ class RunRecorder:
         stamp: Callable[[], int],
         surfaces: bytes | None,
         ended: Callable[[str], object],
+        *,
+        most: int,
+        grown: Callable[[], object] = lambda: None,
     ) -> None:
         """Begin to record.
 
@@ -67,11 +70,14 @@ class RunRecorder:
             stamp: Returns the time of the robot's clock [ns].
             surfaces: The map's surfaces, which are attached; None if there are none.
             ended: Called on the recorder's thread with the reason if it ends by itself.
+            most: Largest size of the file [bytes].
+            grown: Called on the recorder's thread at the beginning and each 16 MB, to make room.
 
         Raises:
             OSError: If the file cannot be written.
         """
         self._topics, self._stamp, self._ended = protocol.topics, stamp, ended
+        self._most, self._grown = most, grown
         self._serializer = RosSerializer(protocol.registry, "ros2")
         self._file = McapFile(path)
         if surfaces is not None:
@@ -115,7 +121,7 @@ class RunRecorder:
         return take
 
     def _write(self) -> None:
-        why = ""
+        why, room_at = "", 0
         try:
             while not (self._closing.is_set() and self._queue.empty()):
                 try:
@@ -130,10 +136,14 @@ class RunRecorder:
                     self._serializer.bytes(kind, message),
                     time,
                 )
-                if self._file.size > MOST_BYTES:
-                    why = f"it has reached {MOST_BYTES / 1e9:g} GB, the most that a run may have"
+                if self._file.size >= room_at:
+                    room_at = self._file.size + _STEP
+                    self._grown()
+                if self._file.size > self._most:
+                    why = f"it has reached {self._most / 1e9:.3g} GB, the most that it may have"
                     break
             self._file.close()
+            self._grown()
         except OSError as error:
             self._file.abandon()
             why = f"{error.strerror or error}; what was recorded before can be looked at"

@@ -82,6 +82,8 @@ class ServeConfig:
     """Folder of the photographs that clients take with the robot's camera."""
     runs: Path = Path("runs/recorded")
     """Folder of the runs that clients record, to be looked at again in the console."""
+    runs_space: float = 10.0
+    """Most that they may take [GB], 15 hours of driving: the oldest that nobody keeps make room for a new one."""
     log_level: Literal["debug", "info", "warning", "error"] = "info"
     """Least important messages that the terminal shows."""
     audit: Path | None = None
@@ -100,6 +102,10 @@ class ServeConfig:
             raise SettingError("--video-port needs --camera, whose streams it serves")
         if self.webrtc and self.camera is None:
             raise SettingError("--webrtc needs --camera, whose pictures it offers")
+        if not (math.isfinite(self.runs_space) and self.runs_space >= 0.01):
+            raise SettingError(
+                f"runs-space must be at least 0.01 GB, got {self.runs_space:g}; a minute takes that"
+            )
         if self.seed < 0:
             raise SettingError(f"seed must be >= 0, got {self.seed}")
         check_slip_times(self.slip)

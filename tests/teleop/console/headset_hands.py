@@ -15,7 +15,11 @@ from tests.teleop.support import ROOT
 IWER: Final = ROOT / "teleop/console/page/node_modules/iwer/build/iwer.min.js"
 DEVICE: Final = """
 (() => {
-  const device = new IWER.XRDevice(IWER[NAME], { stereoEnabled: true, ipd: 0.063 });
+  const model = IWER[NAME];
+  const given = CONTROLLERS;
+  for (const one of given ? Object.values(model.controllerConfig.layout) : []) one.gamepad = given.gamepad;
+  Object.assign(model.controllerConfig, given?.names);
+  const device = new IWER.XRDevice(model, { stereoEnabled: true, ipd: 0.063 });
   device.installRuntime({ polyfillLayers: false, forceInstall: true });
   // What a real runtime does to a page, and iwer does not by itself: frames that do not come, spaces whose origin moves.
   const held = [];
@@ -62,8 +66,10 @@ DEVICE: Final = """
     device,
     get count() { return count; },
     pulses,
-    mapping(hand, is) {
-      Object.defineProperty(device.controllers[hand].inputSource.gamepad, 'mapping', { value: is, configurable: true });
+    model(hand, profiles, mapping) {
+      const { inputSource } = device.controllers[hand];
+      Object.defineProperty(inputSource, 'profiles', { value: profiles, configurable: true });
+      Object.defineProperty(inputSource.gamepad, 'mapping', { value: mapping, configurable: true });
     },
     guess(hand, is) { guessed[is ? 'add' : 'delete'](device.controllers[hand]); },
     lie(hand, lies) { lying[lies ? 'add' : 'delete'](device.controllers[hand]); },
@@ -117,17 +123,35 @@ FRAME: Final = 0.15
 """Time in which some frames come, on a loaded machine too [s]."""
 
 
-def headset(name: str = "metaQuest3", *, building: bool = False) -> str:
+VIVE: Final = """{
+  names: { profileId: 'htc-vive', fallbackProfileIds: ['generic-trigger-squeeze-touchpad'] },
+  gamepad: {
+    mapping: 'xr-standard',
+    buttons: [
+      { id: 'trigger', type: 'analog', eventTrigger: 'select' }, { id: 'squeeze', type: 'analog', eventTrigger: 'squeeze' },
+      { id: 'thumbstick', type: 'binary' }, null,
+    ],
+    axes: [{ id: 'thumbstick', type: 'x-axis' }, { id: 'thumbstick', type: 'y-axis' }, null, null],
+  },
+}"""
+"""Controllers with a touch pad, which lies where others have nothing, and empty places where others have a stick."""
+
+
+def headset(
+    name: str = "metaQuest3", *, building: bool = False, controllers: str = "undefined"
+) -> str:
     """Return the script of a headset: metaQuest3, metaQuest2, metaQuestPro, oculusQuest1 …
 
     Args:
         name: iwer's name of it.
         building: Whether the building is drawn, which without a graphics card takes a core.
+        controllers: Other controllers than its own, such as ``VIVE``.
     """
     if not IWER.is_file():
         pytest.fail("iwer is not there: tools/build-console --dev fetches it")
     plain = "" if building else PLAIN
-    return IWER.read_text(encoding="utf-8") + DEVICE.replace("NAME", f"'{name}'") + plain
+    device = DEVICE.replace("NAME", f"'{name}'").replace("CONTROLLERS", controllers)
+    return IWER.read_text(encoding="utf-8") + device + plain
 
 
 async def worn(page: Page, call: str, *arguments: object) -> Any:

@@ -24,6 +24,7 @@ from tests.teleop.console.hands import hold_until, says, seen
 from tests.teleop.console.headset_hands import (
     CYCLES,
     FRAME,
+    VIVE,
     aim,
     drives,
     enter,
@@ -110,14 +111,18 @@ async def test_page_without_a_headset_fetches_nothing_of_it(
         assert [path for path in visit.paths if "/parts/xr-" in path] == []
 
 
-@pytest.mark.parametrize("name", ["oculusQuest1", "metaQuestPro", "metaQuest2"])
+@pytest.mark.parametrize(
+    "worn_one",
+    [headset("oculusQuest1"), headset("metaQuestPro"), headset("metaQuest2", controllers=VIVE)],
+    ids=["oculusQuest1", "metaQuestPro", "touch pads"],
+)
 @in_a_loop
 async def test_controllers_of_other_headsets_drive_and_nothing_is_asked_of_others(
-    name: str, page_of: Pages, office: World, office_cloud: Cloud, cache: Path
+    worn_one: str, page_of: Pages, office: World, office_cloud: Cloud, cache: Path
 ) -> None:
     async with (
         paced_robot(office, office_cloud, cache) as robot,
-        page_of(robot.page, scripts=[headset(name)], viewport=SIZE) as visit,
+        page_of(robot.page, scripts=[worn_one], viewport=SIZE) as visit,
     ):
         page = visit.page
         robot.place()
@@ -133,7 +138,7 @@ async def test_controllers_of_other_headsets_drive_and_nothing_is_asked_of_other
 
 
 @in_a_loop
-async def test_controller_that_does_not_report_its_grip_drives_nothing_and_is_named(
+async def test_controller_of_which_nothing_is_known_drives_nothing_and_is_named(
     page_of: Pages, office: World, office_cloud: Cloud, cache: Path
 ) -> None:
     async with (
@@ -144,15 +149,18 @@ async def test_controller_that_does_not_report_its_grip_drives_nothing_and_is_na
         robot.place()
         await seen(page)
         await enter(page)
-        await worn(page, "mapping", "right", "")
-        await inside(page, lambda it: "“meta-quest-touch-plus”" in " ".join(it["words"]))
+        await worn(page, "model", "right", ["acme-wand"], "")
+        await inside(page, lambda it: "“acme-wand”" in " ".join(it["words"]))
         hold = grip(page)
         await hold(True)
         await asyncio.sleep(1.0)
         assert not any(tick.moves for tick in robot.ticks)
         await hold(False)
-        await worn(page, "mapping", "right", "xr-standard")
-        await inside(page, lambda it: "“meta-quest-touch-plus”" not in " ".join(it["words"]))
+        # The browser maps no buttons, but names a model whose buttons are known.
+        await worn(
+            page, "model", "right", ["acme-wand-2", "generic-trigger-squeeze-thumbstick"], ""
+        )
+        await inside(page, lambda it: "“acme-wand”" not in " ".join(it["words"]))
         await hold_until(page, hold, lambda: robot.ticks[-1].moves, "that a known one drives")
         await hold(False)
 

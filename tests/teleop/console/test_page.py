@@ -75,6 +75,34 @@ async def test_token_in_the_fragment_is_in_no_request(
             assert visit.violations == []
 
 
+BAR = """() => {
+  const parts = [...document.querySelector('.page-bar').children];
+  return parts.slice(parts.findIndex((part) => part.className === 'page-space') + 1).map((part) => {
+    const { x, width } = part.getBoundingClientRect();
+    return [x, width];
+  });
+}"""
+"""Where what stands on the right of the bar begins, and how wide it is [CSS pixels]."""
+
+
+@in_a_loop
+async def test_nothing_in_the_bar_moves_when_the_first_key_unlocks_the_sound(
+    page_of: Pages, served: Served
+) -> None:
+    async with (
+        served() as robot,
+        page_of(page_address(robot), viewport={"width": 1280, "height": 800}) as visit,
+    ):
+        page = visit.page
+        await soon(page.get_by_text("Sound: any key").wait_for())
+        await soon(page.get_by_role("button", name="First drive").wait_for())
+        before = await page.evaluate(BAR)
+        await page.keyboard.press("Shift")
+        await soon(page.get_by_text("Sound on").wait_for())
+        assert len(before) > 3
+        assert await page.evaluate(BAR) == before
+
+
 REACH = """async ([socket, map, token]) => {
   const opened = await new Promise(done => {
     const trial = new WebSocket(socket);

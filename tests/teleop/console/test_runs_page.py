@@ -2,16 +2,22 @@
 
 from __future__ import annotations
 
+import asyncio
 import base64
+from collections.abc import AsyncIterator
+from contextlib import asynccontextmanager
 from pathlib import Path
 
 import pytest
+from playwright.async_api import Page
 
 from localization.maps.cloud import Cloud
 from robot_sim import World
-from tests.teleop.console.conftest import Pages
+from teleop.robot.serving.serve_config import ServeConfig
+from tests.teleop.console.conftest import PATIENCE, Pages, Served, page_address
 from tests.teleop.console.hands import hold_until, key, says, seen
-from tests.teleop.console.paced_robot import paced_robot
+from tests.teleop.console.paced_robot import pace, paced_robot
+from tests.teleop.robot.served_robots import DRIVER, VIEWER, tokens
 from tests.teleop.support import in_a_loop, soon
 
 pytestmark = [pytest.mark.process, pytest.mark.slow, pytest.mark.long]
@@ -27,7 +33,6 @@ SEEK = """(share) => {
   slider.value = String(share * Number(slider.max));
   slider.dispatchEvent(new Event('input', { bubbles: true }));
 }"""
-POSE = ".panel-localization"
 
 
 @in_a_loop
@@ -82,8 +87,140 @@ async def test_run_is_recorded_by_a_button_and_scrubbed_on_the_same_page(
         (file,) = tmp_path.glob("*.mcap")  # noqa: ASYNC240
         await page.get_by_role("button", name="Back to the robot").click()
         await soon(page.locator(".replay").wait_for(state="detached"))
-        text = base64.b64encode(file.read_bytes()).decode()
-        await page.evaluate(DROP, [file.name, text])
+        await _drop(page, file.name, file.read_bytes())
         await says(page, f"Recorded run {file.name}")
-        await page.evaluate(DROP, ["notes.txt", base64.b64encode(b"hello").decode()])
+        await _drop(page, "notes.txt", b"hello")
         await says(page, "notes.txt is no run that can be read")
+
+
+@asynccontextmanager
+async def _recording(page: Page) -> AsyncIterator[None]:
+    """Record a run by the page's buttons, and look at it afterwards."""
+    await page.locator("summary", has_text="Runs").click()
+    await page.get_by_role("button", name="Record", exact=True).click()
+    await page.get_by_role("button", name="End the recording").wait_for()
+    yield
+    await page.get_by_role("button", name="End the recording").click()
+    await page.get_by_role("button", name="Look at run-").click()
+    await says(page, "nothing here moves the robot")
+
+
+async def _drop(page: Page, name: str, content: bytes) -> None:
+    await page.evaluate(DROP, [name, base64.b64encode(content).decode()])
+
+
+@in_a_loop
+async def test_replay_shows_alarms_at_their_moments_and_where_the_place_was_doubted(
+    office: World, office_cloud: Cloud, cache: Path, page_of: Pages, tmp_path: Path
+) -> None:
+    async with (
+        paced_robot(office, office_cloud, cache, runs=tmp_path) as robot,
+        page_of(robot.page) as visit,
+    ):
+        page = visit.page
+        robot.place()
+        await seen(page)
+        await says(page, "Ready", within=".driving-status")
+        async with _recording(page):
+            await page.wait_for_timeout(2000)
+            await page.keyboard.press("Escape")
+            await says(page, "E-stop", within=".panel-alarms")
+            robot.carry(3.0, 8.0, 0.0)
+            await says(page, "does not know where it is", within=".panel-alarms")
+            await page.wait_for_timeout(1000)
+        alarms = page.locator(".panel-alarms")
+        await page.evaluate(SEEK, 0.0)
+        await soon(alarms.get_by_text("E-stop").wait_for(state="detached"))
+        await says(page, "Knows where it is", within=".page-bar")
+        await page.evaluate(SEEK, 1.0)
+        await says(page, "E-stop", within=".panel-alarms")
+        await says(page, "does not know where it is", within=".panel-alarms")
+        grades = await page.locator(".replay-strip g").evaluate_all(
+            "bars => bars.map((bar) => bar.getAttribute('class'))"
+        )
+        assert grades[0] == "replay-good"
+        assert grades[-1] in ("replay-warn", "replay-bad")
+        assert visit.errors == []
+
+
+@in_a_loop
+async def test_replay_shows_the_pictures_of_the_camera_that_were_recorded(
+    page_of: Pages, served: Served, tmp_path: Path
+) -> None:
+    async with served(ServeConfig(camera="small", runs=tmp_path)) as robot:
+        pacing = asyncio.create_task(pace(robot.url))
+        try:
+            async with page_of(page_address(robot)) as visit:
+                page = visit.page
+                await page.get_by_alt_text("Camera: p3at").wait_for()
+                async with _recording(page):
+                    await page.wait_for_timeout(4000)
+                picture = page.locator(".page-camera")
+                await picture.wait_for()
+                first = await picture.get_attribute("src")
+                assert (
+                    await picture.evaluate("shown => shown.decode().then(() => shown.naturalWidth)")
+                    > 0
+                )
+                await page.evaluate(SEEK, 1.0)
+                async with asyncio.timeout(PATIENCE):
+                    while await picture.get_attribute("src") == first:  # noqa: ASYNC110
+                        await asyncio.sleep(0.1)
+                assert visit.violations == []
+        finally:
+            pacing.cancel()
+
+
+@in_a_loop
+async def test_damaged_run_is_shown_as_far_as_it_goes_and_says_so(
+    office: World, office_cloud: Cloud, cache: Path, page_of: Pages, tmp_path: Path
+) -> None:
+    async with (
+        paced_robot(office, office_cloud, cache, runs=tmp_path) as robot,
+        page_of(robot.page) as visit,
+    ):
+        page = visit.page
+        robot.place()
+        await seen(page)
+        async with _recording(page):
+            await page.wait_for_timeout(6000)
+        (file,) = tmp_path.glob("*.mcap")  # noqa: ASYNC240
+        whole = file.read_bytes()
+        assert await page.get_by_text("damaged or was cut off").count() == 0
+        await _drop(page, "cut.mcap", whole[: round(0.9 * len(whole))])
+        await says(page, "Recorded run cut.mcap", within=".replay")
+        await says(page, "The file is damaged or was cut off: it ends at", within=".replay")
+        await says(page, "x 24.2", within=".page-left")
+        await _drop(page, "head.mcap", b"\x00" + whole[1:])
+        await says(page, "head.mcap is no run that can be read")
+        await says(page, "Recorded run cut.mcap", within=".replay")
+
+
+@in_a_loop
+async def test_run_is_deleted_by_who_may_drive_and_offered_to_nobody_else(
+    office: World, office_cloud: Cloud, cache: Path, page_of: Pages, tmp_path: Path
+) -> None:
+    (tmp_path / "runs").mkdir()
+    (tmp_path / "runs/run-20261124-193000.mcap").write_bytes(b"cut off")
+    book = tokens(tmp_path)
+    async with paced_robot(
+        office, office_cloud, cache, tokens=book, stepper=DRIVER, runs=tmp_path / "runs"
+    ) as robot:
+        async with page_of(f"{robot.page}#token={VIEWER}") as viewer:
+            await _list(viewer.page)
+            await says(viewer.page, "cut off, 0.0 MB")
+            assert await viewer.page.get_by_role("button", name="Delete").count() == 0
+        async with page_of(f"{robot.page}#token={DRIVER}") as driver:
+            await _list(driver.page)
+            delete = driver.page.get_by_role("button", name="Delete run-20261124-193000.mcap")
+            await delete.click()
+            assert list((tmp_path / "runs").iterdir())
+            await driver.page.get_by_role("button", name="Delete for good").click()
+            await says(driver.page, "No runs have been recorded yet.")
+            assert list((tmp_path / "runs").iterdir()) == []
+
+
+async def _list(page: Page) -> None:
+    """Open the panel of runs and list them."""
+    await page.locator("summary", has_text="Runs").click()
+    await page.get_by_role("button", name="List the runs").click()

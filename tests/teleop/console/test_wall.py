@@ -21,6 +21,7 @@ from robot_sim import World
 from tests.teleop.console.conftest import PATIENCE, Pages, Served, page_address
 from tests.teleop.console.hands import seen
 from tests.teleop.console.paced_robot import paced_robot
+from tests.teleop.console.test_camera_and_steps import robot_with_camera, streams
 from tests.teleop.support import in_a_loop
 
 pytestmark = [pytest.mark.process, pytest.mark.slow, pytest.mark.untraced]
@@ -97,6 +98,25 @@ async def test_pages_on_links_of_different_delay_show_the_same_stamp_within_a_fr
                 while abs(median(apart)) >= FRAME:
                     await asyncio.sleep(0.2)
                     apart.append(await _shown(one.page) - await _shown(other.page))
+
+
+@pytest.mark.long
+@in_a_loop
+async def test_wall_fetches_no_picture_of_a_camera_since_it_shows_none(
+    page_of: Pages, served: Served, tmp_path: Path
+) -> None:
+    async with robot_with_camera(served, tmp_path / "photos") as robot:
+        address, size = page_address(robot), {"width": 300, "height": 200}
+        wall_address = f"{address}?screen=1,0,1.2,0,2,1.5"
+        async with (
+            page_of(wall_address, scripts=[BUILDING], viewport=size) as wall,
+            page_of(address, viewport=size) as console,
+        ):
+            await seen(wall.page)
+            await console.page.get_by_alt_text("Camera: p3at").wait_for()
+            assert len(streams(console)) > 0
+            assert streams(wall) == []
+            assert await wall.page.get_by_role("button").count() == 0
 
 
 @asynccontextmanager

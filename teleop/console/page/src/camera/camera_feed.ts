@@ -53,6 +53,7 @@ export class CameraFeed {
   readonly #paced = signal<Pace>("full");
   readonly #shown = signal<CameraPicture | undefined>(undefined);
   readonly #said = signal("");
+  readonly #watchers = signal(0);
   readonly #visible: Signal<boolean>;
   readonly #stop: () => void;
   readonly #looked = (): void => {
@@ -72,7 +73,7 @@ export class CameraFeed {
     this.chosen = computed(() => this.streams.value.find(({ name, path }) =>
       this.choice.value === undefined ? path !== undefined : name === this.choice.value));
     const path = computed(() => {
-      const open = state.connection.value.phase === "open" && this.#visible.value;
+      const open = state.connection.value.phase === "open" && this.#visible.value && this.#watchers.value > 0;
       const [stream, pace] = [this.chosen.value?.path, this.#paced.value];
       return !open || stream === undefined || pace === "off" ? undefined : pace === "slow" ? `${stream}&rate=${SLOW_RATE}` : stream;
     });
@@ -84,6 +85,12 @@ export class CameraFeed {
       return wanted === undefined ? undefined : this.#open(wanted);
     });
     this.#stop = () => { watching(); reading(); };
+  }
+
+  /** Show the pictures from now on; the returned function ends that. They are fetched while anybody does. */
+  watch(): () => void {
+    this.#watchers.value += 1;
+    return () => { this.#watchers.value -= 1; };
   }
 
   dispose(): void {

@@ -51,7 +51,7 @@ const WISHES: Readonly<Record<WishName, Wish>> = {
 const MOST_TOPICS = 30;
 
 export function plainStreams(
-  intake: MessageIntake, kinds: MessageKinds, topics: ReadonlyMap<string, string> | undefined,
+  intake: MessageIntake, kinds: MessageKinds, topics: ReadonlyMap<string, string> | undefined, pictures: boolean,
 ): Stream[] {
   const streams: Stream[] = [];
   const listen = <T>(wish: Wish, kind: Kind<T>): void => {
@@ -71,7 +71,9 @@ export function plainStreams(
   listen(WISHES.scan, kinds.scan);
   listen(WISHES.cloud, kinds.cloud);
   listen(WISHES.inertial, kinds.inertial);
-  listen(WISHES.image, kinds.image);
+  if (pictures) {
+    listen(WISHES.image, kinds.image);
+  }
   if (topics === undefined) {
     // A server that does not say what there is may still be our robot.
     streams.push(intake.stream({ topic: CONTROL_TOPIC, type: CONTROL_TYPE, cbor: false }, kinds.control));

@@ -57,6 +57,7 @@ export class RobotLink {
   readonly #probe: LinkProbe;
   readonly #topics: TopicList;
   #token: string;
+  readonly #cameras: boolean;
   #lean: boolean;
   #wantsScan = true;
   #runsSeen = 0;
@@ -67,14 +68,14 @@ export class RobotLink {
 
   /**
    * @param address Address of the robot, such as `ws://192.168.1.7:9090`.
-   * @param options Token to log in with, the person's name, and whether to begin with the lean picture.
+   * @param options Token to log in with, the person's name, whether to begin with the lean picture, and whether cameras are shown.
    * @param state Filled with what is known of the robot.
    * @param events Takes lines for the event list.
    * @param parts The browser's own, unless a test gives others.
    */
   constructor(
     address: string,
-    options: { readonly token?: string; readonly lean?: boolean; readonly name?: () => string },
+    options: { readonly token?: string; readonly lean?: boolean; readonly name?: () => string; readonly pictures?: boolean },
     state: RobotState,
     events: (severity: Severity, words: string) => void,
     parts: LinkParts = browserParts(address),
@@ -83,7 +84,7 @@ export class RobotLink {
     this.#events = events;
     this.#parts = parts;
     this.#token = options.token ?? "";
-    this.#lean = options.lean ?? false;
+    [this.#lean, this.#cameras] = [options.lean ?? false, options.pictures ?? true];
     this.#recorder = new LinkRecorder(parts.now());
     this.#picture = new RobotPicture(state);
     const complaints = new Complaints((source, complaint, count) => {
@@ -274,11 +275,10 @@ export class RobotLink {
       }
     }
     this.#state.arm.value = dialect === "farsteer" && types?.has(ARM_TOPIC) === true;
-    const settings = { lean: this.#lean, scan: this.#wantsScan, topics: types };
     this.#subscriptions.want(
       dialect === "farsteer"
-        ? robotStreams(this.#intake, this.#kinds, settings)
-        : plainStreams(this.#intake, this.#kinds, types),
+        ? robotStreams(this.#intake, this.#kinds, { lean: this.#lean, scan: this.#wantsScan, topics: types })
+        : plainStreams(this.#intake, this.#kinds, types, this.#cameras),
     );
   }
 

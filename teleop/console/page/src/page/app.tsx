@@ -40,7 +40,26 @@ interface LaidOut {
   readonly layout: Layout;
 }
 
-export function App({ parts, canvas }: { readonly parts: PageParts; readonly canvas: HTMLCanvasElement }) {
+export function App(props: { readonly parts: PageParts; readonly canvas: HTMLCanvasElement }) {
+  return props.parts.wall.asked.value ? <WallPage {...props} /> : <WholePage {...props} />;
+}
+
+/** A wall of screens: the picture alone, with alarms and what is wrong. */
+function WallPage({ parts, canvas }: { readonly parts: PageParts; readonly canvas: HTMLCanvasElement }) {
+  return (
+    <div class="page">
+      <main class="page-scene" aria-label={texts.picture}>
+        <Canvas canvas={canvas} />
+        <div class="page-top">
+          <Guarded name={texts.alarms}><AlarmBar alarms={parts.alarms} /></Guarded>
+          <Notices parts={parts} />
+        </div>
+      </main>
+    </div>
+  );
+}
+
+function WholePage({ parts, canvas }: { readonly parts: PageParts; readonly canvas: HTMLCanvasElement }) {
   const [drawer, about] = [useSignal(false), useSignal(false)];
   const layout = useMemo(() => pageLayout(), []).value;
   const { state } = parts;

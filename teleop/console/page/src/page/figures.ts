@@ -51,7 +51,7 @@ export function publishFigures({ state, scene, statistics, headset, wall }: Page
     frameTimes: scene.frameTimes(),
     roundTrip: statistics.peek().roundTrip,
     bytesPerSecond: statistics.peek().bytesPerSecond,
-    wall: wall.peek()?.(),
+    wall: wall.shown.peek()?.(),
     headset: headset.headset.peek()?.figures(),
     floorPoint: (x, y) => scene.floorPoint(x, y),
     screenPoint: (x, y, z) => screenPoint(scene.workshop, new Vector3(x, y, z)),

@@ -30,7 +30,7 @@ import { drawWay } from "../steps/there_layer";
 import { bothMotions, loadArm, type LoadedArm } from "./arm_loader";
 import { loadHeadset, type HeadsetPart } from "./headset_loader";
 import { openDropped, replayLoader, type Replay } from "./replay_loader";
-import { loadWall } from "./wall_loader";
+import { asksForWall, loadWall, type WallPart } from "./wall_loader";
 import { viewHintsFromAbove } from "./hint_view";
 import { keepAwake, rememberedGear, thumbsOnly } from "./hands";
 import { watchSurroundings } from "./surroundings";
@@ -57,8 +57,7 @@ export interface PageParts {
   readonly arm: ReadonlySignal<LoadedArm | undefined>;
   /** The headset, once there is one. */
   readonly headset: HeadsetPart;
-  /** What tells of the newest picture of a wall of screens; undefined where the page is none. */
-  readonly wall: ReturnType<typeof loadWall>;
+  readonly wall: WallPart;
   readonly camera: CameraFeed;
   readonly photo: PhotoControl;
   readonly alarms: Alarms;
@@ -92,7 +91,7 @@ export function startParts(address: string, version: string, canvas: HTMLCanvasE
   const token = takeToken(PLACES);
   const name = remembered("farsteer.name", "", validName, browserKeeper());
   name.value ||= friendlyName();
-  const options = { ...(token === "" ? {} : { token }), lean: lean.peek(), name: () => name.peek() };
+  const options = { ...(token === "" ? {} : { token }), lean: lean.peek(), name: () => name.peek(), pictures: !asksForWall(location.search) };
   const link = new RobotLink(address, options, state, events.add);
   const { commands } = link;
   effect(() => {
@@ -149,7 +148,7 @@ export function startParts(address: string, version: string, canvas: HTMLCanvasE
     immersion: scene.immersion, state, wire: link.wire, events: events.add,
   }, document.documentElement);
   // A wall shows, and moves nothing: what a robot does, and why not, is told elsewhere.
-  effect(() => { if (wall.value !== undefined) { driving.dispose(); } });
+  effect(() => { if (wall.shown.value !== undefined) { driving.dispose(); } });
   effect(() => { driving.keysElsewhere.value = hint.view.value.phase === "placing" || arm.value?.arm.chosen.value === true; });
   effect(() => { document.documentElement.dataset["theme"] = settings.theme.value; });
   const alarms = new Alarms(

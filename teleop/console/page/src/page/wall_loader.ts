@@ -10,19 +10,35 @@ type WallParts = Parameters<WallModule["showWall"]>[1] & {
   readonly events: (severity: Severity, words: string) => void;
 };
 
-/** Show the wall that an address names; until then, and without one, what is returned is undefined. */
-export function loadWall(query: string, parts: WallParts, root: HTMLElement): ReadonlySignal<ReturnType<WallModule["showWall"]> | undefined> {
+/** The wall, as far as one is asked for. */
+export interface WallPart {
+  /** Whether the page is to be one: then it has no panels. */
+  readonly asked: ReadonlySignal<boolean>;
+  /** What tells of the newest picture; undefined until there is one. */
+  readonly shown: ReadonlySignal<ReturnType<WallModule["showWall"]> | undefined>;
+}
+
+/** Whether the address of a page asks for a wall. */
+export function asksForWall(query: string): boolean {
+  return new URLSearchParams(query).has("screen");
+}
+
+/** Show the wall that an address names. */
+export function loadWall(query: string, parts: WallParts, root: HTMLElement): WallPart {
+  const asked = signal(asksForWall(query));
   const shown = signal<ReturnType<WallModule["showWall"]> | undefined>(undefined);
-  if (new URLSearchParams(query).has("screen")) {
+  if (asked.peek()) {
     void import("../wall").then(({ showWall, wallOf }) => {
       const wall = wallOf(query);
+      asked.value = wall !== undefined;
       if (wall !== undefined) {
         shown.value = showWall(wall, parts);
         root.dataset["wall"] = "";
       }
     }).catch((error: unknown) => {
+      asked.value = false;
       parts.events("warning", error instanceof Error ? error.message : texts.rejected(String(error)));
     });
   }
-  return shown;
+  return { asked, shown };
 }

@@ -137,6 +137,7 @@ export class Player {
         this.#take(message);
       }
       this.#state.bumpers.value = last.has("/bumper_state") ? this.#state.bumpers.peek() : undefined;
+      this.#state.guard.value = last.has("/teleop/guard") ? this.#state.guard.peek() : undefined;
     });
   }
 

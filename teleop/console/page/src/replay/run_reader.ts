@@ -22,6 +22,8 @@ export interface Run {
   readonly messages: readonly Recorded[];
   /** The map's surfaces (glTF), if the run holds them. */
   readonly surfaces: ArrayBuffer | undefined;
+  /** Whether the file ends as it should; else it was cut off or is damaged, and this is what comes before. */
+  readonly whole: boolean;
 }
 
 /** Name of the attachment with the surfaces, as the robot's recorder calls it. */
@@ -33,7 +35,7 @@ export function readRun(name: string, file: Uint8Array): Run {
   const channels = new Map<number, (message: McapTypes.TypedMcapRecords["Message"], first: bigint) => Recorded>();
   const schemas = new Map<number, McapTypes.TypedMcapRecords["Schema"]>();
   const reader = new McapStreamReader({
-    validateCrcs: false,
+    validateCrcs: true,
     decompressHandlers: { zstd: (chunk, size) => decompress(chunk, new Uint8Array(Number(size))) },
   });
   let first: bigint | undefined;
@@ -46,6 +48,8 @@ export function readRun(name: string, file: Uint8Array): Run {
         channels.set(record.id, channelOf(record, schemas.get(record.schemaId)));
       } else if (record.type === "Attachment" && record.name === SURFACES) {
         found.surfaces = Uint8Array.from(record.data).buffer;
+      } else if (record.type === "Footer") {
+        found.whole = true;
       } else if (record.type === "Message") {
         first ??= record.logTime;
         const message = channels.get(record.channelId)?.(record, first);
@@ -58,13 +62,13 @@ export function readRun(name: string, file: Uint8Array): Run {
     if (found.messages.length === 0) {
       throw new Error(replayTexts.unreadable(name, error instanceof Error ? error.message : String(error)), { cause: error });
     }
-    // A file that was cut off: what came before is shown.
+    found.whole = false;
   }
   if (found.messages.length === 0) {
     throw new Error(replayTexts.unreadable(name, replayTexts.empty));
   }
   const messages = found.messages.sort((a, b) => a.at - b.at);
-  return { name, length: messages.at(-1)?.at ?? 0, messages, surfaces: found.surfaces };
+  return { name, length: messages.at(-1)?.at ?? 0, messages, surfaces: found.surfaces, whole: found.whole };
 }
 
 function channelOf(
@@ -75,8 +79,12 @@ function channelOf(
     if (messageEncoding !== "cdr" || schema?.encoding !== "ros2msg") {
       return undefined;
     }
-    decoder ??= new MessageReader(parse(new TextDecoder().decode(schema.data), { ros2: true }));
-    return decoder.readMessage(data);
+    try {
+      decoder ??= new MessageReader(parse(new TextDecoder().decode(schema.data), { ros2: true }));
+      return decoder.readMessage(data);
+    } catch {
+      return undefined; // which no reader of messages takes: they say what is wrong
+    }
   };
   return ({ data, logTime }, first) => {
     const kept = Uint8Array.from(data); // the reader's own buffer is used again

@@ -1,6 +1,7 @@
 /** The robot's runs: begin and end one, list and fetch them; pictures of the page's own. */
 
 import { signal, type ReadonlySignal } from "@preact/signals";
+import { readAnswer } from "../link/message_checks/answers";
 import { check, type Field } from "../link/message_checks/field";
 import type { RobotWire } from "../link/robot_wire";
 import type { RobotState } from "../robot/robot_state";
@@ -14,10 +15,12 @@ export interface RunFacts {
   /** Length [s]; undefined of a run that was cut off. */
   readonly seconds: number | undefined;
   readonly bytes: number;
+  /** Whether it stays when room is made for others. */
+  readonly kept: boolean;
 }
 
 export interface RunsParts {
-  readonly wire: Pick<RobotWire, "stream" | "listen" | "trigger">;
+  readonly wire: Pick<RobotWire, "stream" | "listen" | "trigger" | "call">;
   readonly state: RobotState;
   /** Address of the robot's files, such as `http://192.168.1.7:9090`. */
   readonly robot: string;
@@ -36,10 +39,14 @@ export class Runs {
     const { wire, events } = parts;
     wire.listen([wire.stream({ topic: "/runs/state", type: "std_msgs/String", latched: true, cbor: true }, {
       read: (message) => readState(message),
-      use: ({ recording, ended }) => {
+      use: ({ recording, ended, removed }) => {
         this.#recording.value = recording;
         if (ended !== "") {
           events("warning", ended);
+        }
+        if (removed.length > 0) {
+          events("warning", texts.removed(removed));
+          void this.#again();
         }
       },
     })]);
@@ -66,6 +73,16 @@ export class Runs {
     }
   }
 
+  /** Delete a run for good. */
+  async remove({ name }: RunFacts): Promise<void> {
+    await this.#change("/runs/delete", { name });
+  }
+
+  /** Have a run stay when room is made for others, or no longer. */
+  async keep({ name, kept }: RunFacts): Promise<void> {
+    await this.#change("/runs/keep", { name, keep: !kept });
+  }
+
   async refresh(): Promise<void> {
     const answer = await this.#get("/runs");
     const runs = answer === undefined ? undefined : check(readRuns, await answer.json().catch(() => undefined));
@@ -81,6 +98,21 @@ export class Runs {
     const answer = await this.#get(run.url);
     const blob = await answer?.blob().catch(() => undefined);
     return blob === undefined ? undefined : new File([blob], run.name);
+  }
+
+  async #change(service: string, request: object): Promise<void> {
+    const reply = await this.#parts.wire.call(service, request);
+    const answer = reply.ok ? check(readAnswer, reply.values) : undefined;
+    const { success, message } = answer?.ok === true ? answer.value : { success: false, message: reply.ok ? "" : reply.words };
+    this.#parts.events(success ? "info" : "warning", success ? message : texts.notChanged(message));
+    await this.refresh();
+  }
+
+  /** List them anew, if somebody has listed them. */
+  async #again(): Promise<void> {
+    if (this.#list.peek() !== undefined) {
+      await this.refresh();
+    }
   }
 
   async #get(path: string): Promise<Response | undefined> {
@@ -99,11 +131,17 @@ export class Runs {
   }
 }
 
-function readState(message: Field): { readonly recording: string; readonly ended: string } {
+interface RunsState {
+  readonly recording: string;
+  readonly ended: string;
+  readonly removed: readonly string[];
+}
+
+function readState(message: Field): RunsState {
   const text = message.at("data").text(10_000);
   try {
-    const { recording = "", ended = "" } = JSON.parse(text) as { recording?: unknown; ended?: unknown };
-    return { recording: String(recording), ended: String(ended) };
+    const { recording = "", ended = "", removed = [] } = JSON.parse(text) as { recording?: unknown; ended?: unknown; removed?: unknown };
+    return { recording: String(recording), ended: String(ended), removed: Array.isArray(removed) ? removed.map(String) : [] };
   } catch {
     return message.at("data").fail("is no JSON");
   }
@@ -116,6 +154,7 @@ function readRuns(values: Field): readonly RunFacts[] {
     start: run.at("start").text(),
     seconds: run.at("seconds").missing ? undefined : run.at("seconds").within(0, 1e9),
     bytes: run.at("bytes").within(0, 1e15),
+    kept: run.at("kept").boolean(),
   }));
 }
 

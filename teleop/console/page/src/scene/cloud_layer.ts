@@ -116,7 +116,8 @@ export class CloudLayer {
 
   #set(name: string, value: number): void {
     const uniform = this.object.material.uniforms[name];
-    if (uniform !== undefined) {
+    // A number put into it becomes an object: most are the same in each frame.
+    if (uniform !== undefined && uniform.value !== value) {
       uniform.value = value;
     }
   }

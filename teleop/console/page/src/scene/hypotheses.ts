@@ -58,6 +58,9 @@ export class Hypotheses {
   }
 
   setViewport(viewport: Viewport): void {
+    if (this.#marks.length === 0) {
+      return;
+    }
     const scale = Math.max(1, (18 * viewport.metresPerPixel) / 0.5);
     for (const { group, label, lines } of this.#marks) {
       label.setViewport(viewport.height / viewport.ratio, viewport.tangent);

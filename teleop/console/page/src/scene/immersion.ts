@@ -124,8 +124,8 @@ export class Immersion {
     look.inside = scale === 1;
     look.located = this.facts.located();
     look.floor = this.facts.floor();
-    look.size = this.facts.pointSize.peek();
-    look.decay = this.facts.decay.peek();
+    look.size = this.facts.pointSize.value;
+    look.decay = this.facts.decay.value;
     this.world.setGround(ground);
     this.world.look(look, this.robot, performance.now());
     this.world.robot.setBodyVisible(true);

@@ -94,9 +94,9 @@ export class LivePoints {
 
   setLook(look: CloudLook, decay: number): void {
     this.#oldLayer.setDecay(Math.max(decay, 0));
-    for (const layer of this.#layers) {
-      layer.setLook(look);
-    }
+    this.#oldLayer.setLook(look);
+    this.#scanLayer.setLook(look);
+    this.#cloudLayer.setLook(look);
   }
 
   /** Drop what belongs to a run of the robot. */

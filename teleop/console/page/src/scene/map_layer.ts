@@ -128,7 +128,8 @@ export class MapLayer {
 
   #set(name: string, value: number): void {
     const uniform = this.#points.material.uniforms[name];
-    if (uniform !== undefined) {
+    // A number put into it becomes an object: most are the same in each frame.
+    if (uniform !== undefined && uniform.value !== value) {
       uniform.value = value;
     }
   }

@@ -12,6 +12,8 @@ const RINGS = [1, 2] as const;
 const REACH = 8;
 /** Pixels of a place's name, and between the map's edge and what lies on it. */
 const LETTERS = 10;
+/** Half the size of the robot's mark [px]. */
+const MARK = 9;
 const EDGE = 7;
 /** Most live points that are drawn. */
 const MOST_POINTS = 600;
@@ -58,6 +60,13 @@ export function apart<T extends Words>(words: readonly T[], size: number): reado
   return withoutOverlap(inside.sort((a, b) => near(a) - near(b)), 1.2 * LETTERS);
 }
 
+/** Return words that would lie under the robot's mark [px] below it: that is the room that it is in. */
+export function clear<T extends Words>(word: T, mark: readonly [number, number] | undefined): T {
+  const { at: [x, y], width } = word;
+  const hidden = mark !== undefined && Math.abs(x - mark[0]) < width / 2 + MARK && Math.abs(y - LETTERS / 2 - mark[1]) < LETTERS / 2 + MARK;
+  return hidden ? { ...word, at: [x, mark[1] + MARK + LETTERS + 2] } : word;
+}
+
 /** Draw all of it into a square of this size [px of the page]. */
 export function drawMinimap(pen: CanvasRenderingContext2D, content: MinimapContent, size: number, whole: boolean): void {
   const { plan, robot, points, places, colours } = content;
@@ -81,11 +90,12 @@ export function drawMinimap(pen: CanvasRenderingContext2D, content: MinimapConte
   write(pen, colours);
   pen.textAlign = "center";
   const rooms = places.map(({ name, pose }) => ({ name, at: at(pose.position.x, pose.position.y), width: pen.measureText(name).width }));
-  for (const { name, at: [x, y] } of apart(rooms, size)) {
+  const mark = robot && at(robot.position.x, robot.position.y);
+  for (const { name, at: [x, y] } of apart(rooms.map((room) => clear(room, mark)), size)) {
     letters(pen, name, x, y);
   }
-  if (robot !== undefined) {
-    drawRobot(pen, at(robot.position.x, robot.position.y), view.scale, content, headingOf(robot.orientation));
+  if (robot !== undefined && mark !== undefined) {
+    drawRobot(pen, mark, view.scale, content, headingOf(robot.orientation));
   }
   drawScale(pen, size, view.scale, colours);
 }

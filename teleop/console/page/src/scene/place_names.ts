@@ -24,6 +24,8 @@ interface Named {
 export class PlaceNames {
   readonly object = new Group();
   #labels: readonly Named[] = [];
+  /** Height of a pixel, at a distance of one, for which they have their size; none at first. */
+  #fitted = NaN;
   /** From where, and how, the names were chosen last. */
   #chosenFor: { readonly x: number; readonly y: number; readonly view: View; readonly scale: number } = NOWHERE;
 
@@ -41,14 +43,22 @@ export class PlaceNames {
 
   /** Show the names that can be told apart in a view of a robot that is here [m]. */
   look(view: View, x: number, y: number, viewport: Viewport): void {
-    for (const { label } of this.#labels) {
-      label.setViewport(viewport.height / viewport.ratio, viewport.tangent);
-    }
+    this.#fit(viewport);
     const scale = view === "top" ? 1 / viewport.metresPerPixel : OF_ONE_PLACE;
     const moved = Math.hypot(x - this.#chosenFor.x, y - this.#chosenFor.y);
     if (moved > AGAIN || view !== this.#chosenFor.view || scale !== this.#chosenFor.scale) {
       this.#chosenFor = { x, y, view, scale };
       this.#choose(view, x, y, scale);
+    }
+  }
+
+  /** Keep the height of the names in pixels, where the picture has another size now. */
+  #fit({ height, ratio, tangent }: Viewport): void {
+    if (this.#fitted !== tangent * ratio / height) {
+      this.#fitted = tangent * ratio / height;
+      for (const { label } of this.#labels) {
+        label.setViewport(height / ratio, tangent);
+      }
     }
   }
 
@@ -72,5 +82,6 @@ export class PlaceNames {
     }
     this.#labels = [];
     this.#chosenFor = NOWHERE;
+    this.#fitted = NaN;
   }
 }

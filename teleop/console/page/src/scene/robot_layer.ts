@@ -141,9 +141,10 @@ export class RobotLayer {
     this.#truth.setColour(colours.truth);
     for (const { material, colour } of this.#model.paints) {
       material.color.copy(stale ? new Color().setRGB(...colours.stale, SRGBColorSpace) : colour);
-      material.transparent = stale;
       material.opacity = stale ? 0.5 : 1;
-      material.needsUpdate = true;
+      // Its program is looked up anew only where that changes.
+      material.needsUpdate = material.transparent !== stale;
+      material.transparent = stale;
     }
   }
 

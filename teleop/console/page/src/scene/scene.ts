@@ -16,7 +16,7 @@ import { COLOURS } from "./palette";
 import { floorHit, nearest } from "./picking";
 import { shownView, type SceneSettings } from "./settings";
 import { depend } from "./depend";
-import { planImage, type PlanImage } from "./plan_image";
+import { planOf, type PlanImage } from "./plan";
 import { onReducedMotion } from "./reduced_motion";
 import { SmoothPose } from "./smooth_pose";
 import { Stage } from "./stage";
@@ -193,7 +193,7 @@ export class Scene {
     on(() => { this.#world.robot.setCovariance(state.covariance.value, this.#place.value); });
     on(() => { this.#world.robot.setTruth(state.truth.value); });
     on(() => { this.#world.names.set(state.mapInfo.value?.places ?? [], COLOURS[settings.theme.value]); });
-    on(() => { this.plan.value = this.built.value ? planImage(this.#world.building, COLOURS[settings.theme.value]) : undefined; });
+    on(() => { this.plan.value = planOf(this.#world, { surfaces: this.built.value, points: state.mapPoints.value, grid: state.gridMap.value }, COLOURS[settings.theme.value]); });
     on(() => { this.#world.warn(this.stale.value || this.late.value ? {} : { nearest: state.nearest.value, guard: state.guard.value }); });
     on(() => { this.#paint(); });
     on(() => { depend(state.description); this.#world.hypotheses.set(state.candidates.value, this.#world.robot.box, COLOURS[settings.theme.value]); });

@@ -6,7 +6,7 @@ export const alarmTexts = {
   unmute: "Switch the alarms' sound on",
   muted: "Sound off",
   sounding: "Sound on",
-  locked: "Sound: press any key",
+  locked: "Sound: any key",
   unavailable: "This browser has no sound",
   severity: { info: "note", warning: "warning", alarm: "alarm" },
 } as const;

@@ -1,6 +1,6 @@
 /** Words of the headset's part: its buttons, boards and troubles. */
 
-const ms = (value: number | undefined): string => (value === undefined ? "unknown" : `${Math.round(value)} ms`);
+const ms = (value: number | undefined): string => (value === undefined || Number.isNaN(value) ? "unknown" : `${Math.round(value)} ms`);
 
 export const xrTexts = {
   enter: { "immersive-vr": "Enter VR", "immersive-ar": "Enter AR" },
@@ -31,6 +31,6 @@ export const xrTexts = {
   delays: (hand: number | undefined, head: number | undefined, cloud: number | undefined): string =>
     `hand to wheels ${ms(hand)}, head to picture ${ms(head)}, points ${ms(cloud)} old`,
   unusable: (name: string): string =>
-    `The controller${name === "" ? "" : ` “${name}”`} does not tell which of its buttons is the grip, and drives nothing. Put it down: empty hands drive by steps.`,
+    `The controller${name === "" ? "" : ` “${name}”`} has no grip and stick that are known, and drives nothing. Put it down: empty hands drive by steps.`,
   help: "Hold the grip and push the stick to drive. B or Y: emergency stop. A: next place to stand. X: this board.",
 } as const;

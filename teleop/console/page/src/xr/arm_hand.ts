@@ -3,7 +3,7 @@
 import { Quaternion } from "three";
 import type { Arm } from "../arm/arm";
 import type { ArmWish } from "../arm/inputs/arm_wish";
-import { BUTTONS, type Side } from "./inputs";
+import type { Side } from "./inputs";
 import { UPRIGHT } from "./place";
 
 /** Name of the frame of the hand's poses: the operator's own room, which the robot knows nothing of. */
@@ -30,7 +30,7 @@ export class ArmHand {
       this.lose(arm);
       return;
     }
-    const closed = arm !== undefined && side.pressed(BUTTONS.squeeze);
+    const closed = arm !== undefined && side.pressed("squeeze");
     if (closed && !this.#closed && !arm.hold.begin("headset", () => this.#wish())) {
       side.pulse(REFUSED.strength, REFUSED.duration);
     }

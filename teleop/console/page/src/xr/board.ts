@@ -38,6 +38,9 @@ export class Board {
   #places: Place[] = [];
   #height = 0;
   readonly #local = new Vector3();
+  readonly #back = new Quaternion();
+  /** How far along the last ray it was met [m]: a number that is returned would be an object each time. */
+  met = Infinity;
 
   /** @param width Of the board [m]. @param across Pixels of its texture; what is drawn often has few. */
   constructor(readonly width: number, private readonly across = ACROSS) {
@@ -81,18 +84,18 @@ export class Board {
     this.object.rotation.set(-Math.atan2(y, Math.hypot(x, z)), Math.atan2(x, z), 0, "YXZ");
   }
 
-  /** Return how far along a ray of the room it is met, infinite if it is not. */
-  meets(from: Vector3, direction: Vector3): number {
+  /** Return whether a ray of the room meets it, and note how far along. */
+  meets(from: Vector3, direction: Vector3): boolean {
     const { position, quaternion, visible } = this.object;
     const normal = this.#local.set(0, 0, 1).applyQuaternion(quaternion);
-    const slope = normal.dot(direction);
-    const distance = (normal.dot(position) - normal.dot(from)) / slope;
+    const distance = (normal.dot(position) - normal.dot(from)) / normal.dot(direction);
     if (!visible || !(distance > 0 && distance < 10)) {
-      return Infinity;
+      return false;
     }
+    this.met = distance;
     this.#local.copy(direction).multiplyScalar(distance).add(from);
     this.#toBoard();
-    return Math.abs(this.#local.x) <= 0.5 && Math.abs(this.#local.y) <= 0.5 ? distance : Infinity;
+    return Math.abs(this.#local.x) <= 0.5 && Math.abs(this.#local.y) <= 0.5;
   }
 
   /** Return the key at a point of the room. */
@@ -119,8 +122,7 @@ export class Board {
 
   #toBoard(): void {
     const { position, quaternion, scale } = this.object;
-    const { x, y, z, w } = quaternion;
-    this.#local.sub(position).applyQuaternion(INVERSE.set(-x, -y, -z, w)).divide(scale);
+    this.#local.sub(position).applyQuaternion(this.#back.copy(quaternion).conjugate()).divide(scale);
   }
 
   #draw(colours: SceneColours): void {
@@ -188,8 +190,6 @@ export class Board {
     this.object.scale.set(this.width, (this.width * height) / ACROSS, 1);
   }
 }
-
-const INVERSE = new Quaternion();
 
 function font(bold: boolean): string {
   return `${bold ? 700 : 500} 38px system-ui, sans-serif`;

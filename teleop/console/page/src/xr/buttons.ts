@@ -2,7 +2,7 @@
 
 import { withoutDeadZone } from "../driving/drive_source";
 import { SMOOTH_TURN } from "./comfort";
-import { BUTTONS, type Side } from "./inputs";
+import type { Side } from "./inputs";
 
 /** Deflections from which on a stick turns or aims, and at which it counts as let go. */
 const PUSHED = 0.7;
@@ -32,9 +32,9 @@ export class Buttons {
 
   /** @param turning Degrees of a turn; 0 turns smoothly. */
   frame(interval: number, driving: Side, other: Side, turning: number): void {
-    const estop = driving.pressed(BUTTONS.upper) || other.pressed(BUTTONS.upper);
-    const next = driving.pressed(BUTTONS.lower);
-    const board = other.pressed(BUTTONS.lower);
+    const estop = driving.pressed("upper") || other.pressed("upper");
+    const next = driving.pressed("lower");
+    const board = other.pressed("lower");
     if (estop && !this.#estop) {
       this.hooks.estop();
     }

@@ -4,7 +4,8 @@ import type { SourceName, SourceReading } from "../driving/drive_source";
 import { type GamepadMapping, MappingStore, STANDARD_MAPPING } from "../driving/gamepad_mapping";
 import { GamepadSource } from "../driving/gamepad_source";
 import type { Renewed } from "../values";
-import { BUTTONS, stickAxis, type Side } from "./inputs";
+import type { ControllerLayout } from "./controller_layout";
+import type { Side } from "./inputs";
 
 /**
  * Without a frame for so long everything counts as released [ms]: a headset that sleeps sends none and says nothing. Half of
@@ -29,6 +30,7 @@ export class HeadsetSource extends GamepadSource {
   /** Share of the gear's speed that the stick asks for at most. */
   cap = 1;
   readonly #shown: Shown;
+  readonly #mapping: ControllerMapping;
 
   /**
    * @param now The page's clock [ms].
@@ -39,16 +41,17 @@ export class HeadsetSource extends GamepadSource {
       there: false, at: -Infinity, pads: [{ id: "", index: 0, connected: true, mapping: "", timestamp: 0, axes: [], buttons: [] }],
     };
     const list = (): readonly Pad[] => (shown.there && now() - shown.at < FRAMES_MISSING ? shown.pads : []);
-    super({ getGamepads: list } as unknown as Navigator, new ControllerMapping(() => localStorage), {
-      lost, estop: () => undefined, takeOver: () => undefined,
-    });
+    const mapping = new ControllerMapping(() => localStorage);
+    super({ getGamepads: list } as unknown as Navigator, mapping, { lost, estop: () => undefined, takeOver: () => undefined });
     this.#shown = shown;
+    this.#mapping = mapping;
   }
 
   /** Take over what the driving hand does in a frame. */
   frame(side: Side): void {
     const { pad } = side;
     const shown = this.#shown;
+    this.#mapping.take(side.layout);
     shown.at = this.now();
     shown.there = pad !== undefined;
     if (pad !== undefined) {
@@ -72,12 +75,27 @@ export class HeadsetSource extends GamepadSource {
   }
 }
 
+/** One mapping, that of the controller which drives. */
 class ControllerMapping extends MappingStore {
-  override of(pad: Pick<Gamepad, "id" | "mapping"> & Partial<Pick<Gamepad, "axes">>): GamepadMapping {
-    const first = stickAxis(pad.axes ?? [0, 0, 0, 0]);
-    return {
-      forward: { axis: first + 1, sign: -1 }, turn: { axis: first, sign: -1 }, deadman: BUTTONS.squeeze,
-      turbo: undefined, estop: undefined, takeOver: undefined, deadZone: STANDARD_MAPPING.deadZone,
-    };
+  #layout: ControllerLayout | undefined;
+  #mapping: GamepadMapping | undefined;
+
+  take(layout: ControllerLayout | undefined): void {
+    if (layout !== this.#layout) {
+      this.#layout = layout;
+      this.#mapping = layout && mappingOf(layout);
+    }
   }
+
+  override of(): GamepadMapping | undefined {
+    return this.#mapping;
+  }
+}
+
+/** Return what a layout's grip and stick do; undefined if it lacks one of them. */
+function mappingOf({ squeeze, stick }: ControllerLayout): GamepadMapping | undefined {
+  return squeeze === undefined || stick === undefined ? undefined : {
+    forward: { axis: stick[1], sign: -1 }, turn: { axis: stick[0], sign: -1 }, deadman: squeeze,
+    turbo: undefined, estop: undefined, takeOver: undefined, deadZone: STANDARD_MAPPING.deadZone,
+  };
 }

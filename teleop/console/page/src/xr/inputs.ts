@@ -1,17 +1,8 @@
 /** What the two hands do in a frame: poses in the operator's room, buttons, sticks; and whether they are there at all. */
 
 import { Quaternion, Vector3 } from "three";
-
-/** Buttons and axes of the mapping "xr-standard" (W3C, WebXR Gamepads Module); those from 4 on are the face buttons. */
-export const BUTTONS = { trigger: 0, squeeze: 1, stick: 3, lower: 4, upper: 5 } as const;
-/** All headsets that are driven with give it; what another one means is known by its model alone, and refused. */
-const STANDARD = "xr-standard";
-
-/** Where something is in the operator's room. */
-export interface Placed {
-  readonly position: Vector3;
-  readonly turn: Quaternion;
-}
+import { layoutOf, type ControllerButton, type ControllerLayout } from "./controller_layout";
+import { takePose, type Placed } from "./webxr_pose";
 
 /** A hand, empty or with a controller; one object for good, renewed each frame. */
 export class Side implements Placed {
@@ -26,33 +17,56 @@ export class Side implements Placed {
 
   constructor(readonly hand: "left" | "right") {}
 
-  /** The controller's buttons and sticks, if it is known which is which; undefined for an empty hand, whose only button is a pinch. */
+  /** Which of its buttons are which; undefined for an empty hand, whose only button is a pinch, and if nothing says so. */
+  layout: ControllerLayout | undefined;
+  #profiles: readonly string[] = [];
+  #mapping = "";
+
+  /** The controller's buttons and sticks, if it is known which is which. */
   get pad(): Gamepad | undefined {
-    const { source, present } = this;
-    return present && !source?.hand && source?.gamepad?.mapping === STANDARD ? source.gamepad : undefined;
+    return this.present && this.layout !== undefined ? this.source?.gamepad : undefined;
   }
 
   /** Name of a controller that has buttons and cannot drive: nothing says which they are, or there is no grip to hold. */
   get unusable(): string | undefined {
-    const { source, present } = this;
+    const { source, present, layout } = this;
     const pad = present && source?.targetRayMode === "tracked-pointer" && !source.hand ? source.gamepad : undefined;
-    const usable = pad === undefined || (pad.mapping === STANDARD && pad.buttons.length > BUTTONS.squeeze && pad.axes.length >= 2);
-    return usable ? undefined : source?.profiles[0] ?? "";
+    if (pad === undefined) {
+      return undefined;
+    }
+    const squeeze = layout?.squeeze ?? Infinity;
+    const last = layout?.stick?.[1] ?? Infinity;
+    return squeeze < pad.buttons.length && last < pad.axes.length ? undefined : source?.profiles[0] ?? "";
   }
 
-  pressed(button: number): boolean {
-    return this.pad?.buttons[button]?.pressed === true;
+  pressed(button: ControllerButton): boolean {
+    const at = this.layout?.[button];
+    return at !== undefined && this.pad?.buttons[at]?.pressed === true;
   }
 
   /** Of the trigger or the pinch, 0 to 1. */
   get trigger(): number {
-    return this.present ? this.source?.gamepad?.buttons[BUTTONS.trigger]?.value ?? 0 : 0;
+    return this.present ? this.source?.gamepad?.buttons[this.layout?.trigger ?? PINCH]?.value ?? 0 : 0;
   }
 
   /** Deflection of the stick, or of a pad in its place, -1 to 1: 0 to the right, 1 backwards. */
   axis(which: 0 | 1): number {
-    const axes = this.pad?.axes;
-    return axes === undefined ? 0 : axes[stickAxis(axes) + which] ?? 0;
+    const at = this.layout?.stick?.[which];
+    return at === undefined ? 0 : this.pad?.axes[at] ?? 0;
+  }
+
+  /** Take over what holds or is this hand from now on, if anything does. */
+  become(source: XRInputSource | undefined): void {
+    this.source = source;
+    const pad = source?.hand ? undefined : source?.gamepad;
+    if (source === undefined || pad === undefined) {
+      this.layout = undefined;
+      this.#profiles = [];
+    } else if (source.profiles !== this.#profiles || pad.mapping !== this.#mapping) {
+      this.#profiles = source.profiles;
+      this.#mapping = pad.mapping;
+      this.layout = layoutOf(source.profiles, source.handedness, pad);
+    }
   }
 
   /** Let the person feel something: strength 0 to 1, for so many ms. */
@@ -63,13 +77,11 @@ export class Side implements Placed {
   }
 }
 
+/** Place of an empty hand's only button. */
+const PINCH = 0;
+
 interface Actuator {
   pulse(value: number, duration: number): Promise<boolean>;
-}
-
-/** Return the first of the two axes of the stick: behind those of a touch pad, or these where there is no stick. */
-export function stickAxis(axes: readonly number[]): 0 | 2 {
-  return axes.length >= 4 ? 2 : 0;
 }
 
 export class Inputs {
@@ -83,16 +95,19 @@ export class Inputs {
   /** Renew both hands. */
   update(frame: XRFrame, space: XRReferenceSpace): void {
     const { inputSources } = frame.session;
-    this.left.source = this.right.source = undefined;
+    let left: XRInputSource | undefined;
+    let right: XRInputSource | undefined;
     for (let at = 0; at < inputSources.length; at += 1) {
       const source = inputSources[at];
       // A gaze or a pinch that belongs to no hand is the right one's, unless there is a right one.
       if (source?.handedness === "left") {
-        this.left.source = source;
-      } else if (source?.handedness === "right" || this.right.source === undefined) {
-        this.right.source = source;
+        left = source;
+      } else if (source?.handedness === "right" || right === undefined) {
+        right = source;
       }
     }
+    this.left.become(left);
+    this.right.become(right);
     renew(this.left, frame, space);
     renew(this.right, frame, space);
   }
@@ -107,17 +122,6 @@ function renew(side: Side, frame: XRFrame, space: XRReferenceSpace): void {
   const { source } = side;
   const ray = source && frame.getPose(source.targetRaySpace, space);
   const grip = source?.gripSpace ? frame.getPose(source.gripSpace, space) : ray;
-  side.present = ray != null && grip != null && take(side.ray, ray.transform) && take(side, grip.transform);
+  side.present = ray != null && grip != null && takePose(side.ray, ray.transform) && takePose(side, grip.transform);
   side.tracked = side.present && grip?.emulatedPosition === false;
-}
-
-/** Take a pose over; false for one that is none, as of a controller that lies on a table: all zero, or not finite. */
-function take(to: Placed, { position: p, orientation: q }: XRRigidTransform): boolean {
-  const norm = Math.hypot(q.x, q.y, q.z, q.w);
-  if (!(Math.abs(norm - 1) < 0.1) || !Number.isFinite(p.x + p.y + p.z)) {
-    return false;
-  }
-  to.position.set(p.x, p.y, p.z);
-  to.turn.set(q.x, q.y, q.z, q.w);
-  return true;
 }

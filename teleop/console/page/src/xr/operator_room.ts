@@ -22,6 +22,7 @@ import type { HeadsetSource } from "./headset_source";
 import { Inputs, type Side } from "./inputs";
 import { Place, STANDS, type Stand } from "./place";
 import { Ray } from "./pointing";
+import { takePose, type Placed } from "./webxr_pose";
 import { captionRows, wristRows } from "./wrist";
 
 /** How often what is told on the wrist is renewed [ms]. */
@@ -60,6 +61,7 @@ export class OperatorRoom {
   readonly #landing = new Mesh(new RingGeometry(0.18, 0.25, 32), new MeshBasicMaterial({ depthTest: false, transparent: true }));
   readonly #head = new Vector3();
   readonly #turn = new Quaternion();
+  readonly #placed: Placed = { position: this.#head, turn: this.#turn };
   readonly #undo: (() => void)[] = [];
   #boards: Board[] = [];
   #ground = true;
@@ -68,7 +70,7 @@ export class OperatorRoom {
   #facing = true;
   #hinting: Ray | undefined;
   /** From one frame to the next, and from a head's pose to its picture [ms]. */
-  readonly #clock = { interval: 0, display: undefined as number | undefined };
+  readonly #clock = { interval: 0, display: NaN };
   readonly #standing = { scale: 1, ground: true };
 
   constructor(private readonly parts: RoomParts) {
@@ -84,13 +86,16 @@ export class OperatorRoom {
     this.#boards = [this.controls, this.wrist, this.camera.caption];
   }
 
-  /** The hands: the one that drives, and the other one, which turns, teleports and leads the arm. */
+  /**
+   * The hands: the one that drives, and the other one, which turns, teleports and leads the arm. Here as in all of the frame
+   * loop signals are read by their value: `peek` makes a function each time, and no effect is running that would take part.
+   */
   get driving(): Side {
-    return this.inputs.side(this.#hand.peek());
+    return this.inputs.side(this.#hand.value);
   }
 
   get other(): Side {
-    return this.inputs.side(this.#hand.peek() === "right" ? "left" : "right");
+    return this.inputs.side(this.#hand.value === "right" ? "left" : "right");
   }
 
   /** Begin, where the ground is drawn or the room's own is seen. */
@@ -100,6 +105,7 @@ export class OperatorRoom {
     this.stand.value = ground ? "free" : "table";
     this.parts.immersion.room.parent?.add(this.#landing);
     this.#undo.push(
+      this.parts.camera.watch(),
       effect(() => {
         const colours = COLOURS[this.parts.theme.value];
         this.controls.show(controlRows({
@@ -132,12 +138,10 @@ export class OperatorRoom {
     const now = this.parts.now();
     const seenAt = (xr as { readonly predictedDisplayTime?: number }).predictedDisplayTime;
     this.#clock.interval += (interval - this.#clock.interval) * 0.1;
-    this.#clock.display = seenAt === undefined ? undefined : seenAt - now;
+    this.#clock.display = seenAt === undefined ? NaN : seenAt - now;
     const head = xr.getViewerPose(space)?.transform;
     if (head !== undefined) {
-      const { position: p, orientation: q } = head;
-      this.#head.set(p.x, p.y, p.z);
-      this.#turn.set(q.x, q.y, q.z, q.w);
+      takePose(this.#placed, head);
       this.#place.seeHead(this.#head, this.#turn);
       this.#settle();
     }
@@ -147,11 +151,12 @@ export class OperatorRoom {
     source.frame(driving);
     this.#unusable.value = driving.unusable;
     this.arm.frame(other, arm);
-    this.#buttons.frame(interval, driving, other, this.#comfort.peek().turning);
-    this.#place.update(interval, this.#comfort.peek());
+    const comfort = this.#comfort.value;
+    this.#buttons.frame(interval, driving, other, comfort.turning);
+    this.#place.update(interval, comfort);
     this.#point();
     const { speed, turnRate } = this.#place;
-    this.vignette.update(interval, this.#ground ? this.#comfort.peek().vignette : 0, speed, turnRate);
+    this.vignette.update(interval, this.#ground ? comfort.vignette : 0, speed, turnRate);
     this.#standing.scale = this.#place.scale;
     this.#standing.ground = this.#ground;
     return this.#standing;
@@ -204,8 +209,8 @@ export class OperatorRoom {
   }
 
   #cap(): number {
-    const { cap } = this.#comfort.peek();
-    const speed = topSpeed(this.parts.driving.gear.peek());
+    const { cap } = this.#comfort.value;
+    const speed = topSpeed(this.parts.driving.gear.value);
     return cap === 0 || speed <= cap ? 1 : cap / speed;
   }
 
@@ -258,13 +263,13 @@ export class OperatorRoom {
   #point(): void {
     const { room, floor } = this.parts.immersion;
     const { other } = this;
-    for (const ray of this.#rays) {
-      ray.update(this.#boards, room, floor, this.#head);
-      if (ray.side === other) {
-        this.#landing.visible = this.#buttons.aiming && ray.onFloor;
-        this.#landing.position.copy(ray.floor);
-      }
-    }
+    const left = this.#rays[0];
+    const right = this.#rays[1];
+    left.update(this.#boards, room, floor, this.#head);
+    right.update(this.#boards, room, floor, this.#head);
+    const aims = left.side === other ? left : right;
+    this.#landing.visible = this.#buttons.aiming && aims.onFloor;
+    this.#landing.position.copy(aims.floor);
     this.camera.update();
     if (this.#hinting?.onFloor === true) {
       this.parts.hint.nudge({ type: "drag", point: { x: this.#hinting.floor.x, y: this.#hinting.floor.y } });

@@ -2,7 +2,8 @@
 
 import { BufferGeometry, Float32BufferAttribute, Group, Line, LineBasicMaterial, Mesh, MeshBasicMaterial, SphereGeometry, Vector3 } from "three";
 import type { Board, Key } from "./board";
-import type { Placed, Side } from "./inputs";
+import type { Side } from "./inputs";
+import type { Placed } from "./webxr_pose";
 
 /** Length of a ray that meets nothing [m], and where the floor ends for it. */
 const LONG = 4;
@@ -102,11 +103,11 @@ export class Ray {
   #nearest(boards: readonly Board[]): Board | undefined {
     let nearest: Board | undefined;
     this.#length = LONG;
-    for (const board of boards) {
-      const distance = board.meets(this.side.ray.position, this.#direction);
-      if (distance < this.#length) {
+    for (let at = 0; at < boards.length; at += 1) { // an iterator would be an object for each
+      const board = boards[at];
+      if (board?.meets(this.side.ray.position, this.#direction) === true && board.met < this.#length) {
         nearest = board;
-        this.#length = distance;
+        this.#length = board.met;
       }
     }
     return nearest;

@@ -30,8 +30,8 @@ export interface WristParts {
 export interface FrameClock {
   /** From one to the next. */
   readonly interval: number;
-  /** From the head's pose to its picture. */
-  readonly display: number | undefined;
+  /** From the head's pose to its picture; NaN where the browser does not say. */
+  readonly display: number;
 }
 
 /** Return the rows of the wrist's board. */

@@ -130,7 +130,7 @@ export class Headset {
     this.#frameAt = this.parts.now();
     this.#gone = false;
     this.#hit = this.#hits && frame.getHitTestResults(this.#hits)[0]?.getPose(space)?.transform.position;
-    return this.room.frame(interval, frame, space, this.#source, arm.peek()?.arm);
+    return this.room.frame(interval, frame, space, this.#source, arm.value?.arm);
   }
 
   /** Stop whatever this page moves: the person may be gone. */

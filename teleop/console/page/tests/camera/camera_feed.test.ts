@@ -24,6 +24,7 @@ class Stream {
 
 let state: RobotState;
 let feed: CameraFeed;
+let look: () => void;
 let streams: Stream[];
 let status: number;
 let now: number;
@@ -49,6 +50,7 @@ beforeEach(() => {
     now: () => now, document: tab, keeper: undefined, page: "http://robot:9090/", robot: "http://robot:9090", token: () => "secret",
     lateness: () => lateness,
   });
+  look = feed.watch();
 });
 
 afterEach(() => {
@@ -77,6 +79,19 @@ it("opens the first stream that it may until a person chooses, and closes it whe
   expect(feed.picture.value).toBeUndefined();
   await vi.advanceTimersByTimeAsync(5 * REOPEN);
   expect(streams.length).toBe(1);
+});
+
+it("is closed while nobody shows it, and open as long as one of several does", async () => {
+  await settled();
+  const headset = feed.watch();
+  look();
+  expect(streams.map(({ signal }) => signal?.aborted)).toEqual([false]);
+  headset();
+  expect(streams[0]?.signal?.aborted).toBe(true);
+  await vi.advanceTimersByTimeAsync(5 * REOPEN);
+  expect(streams).toHaveLength(1);
+  look = feed.watch();
+  expect(streams).toHaveLength(2);
 });
 
 it("is closed while the tab is hidden or the robot away, and comes back", async () => {

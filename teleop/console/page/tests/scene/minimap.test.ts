@@ -1,5 +1,5 @@
 import { expect, it } from "vitest";
-import { apart, minimapView, scaleBar } from "../../src/scene/minimap";
+import { apart, clear, minimapView, scaleBar } from "../../src/scene/minimap";
 import type { PlanImage } from "../../src/scene/plan_image";
 
 const PLAN = { bounds: { min: { x: 0, y: 0, z: 0 }, max: { x: 30, y: 10, z: 2 } }, perMetre: 20 } as PlanImage;
@@ -21,4 +21,10 @@ it("writes the nearest names only where they fit and lie over no other", () => {
   const words = (name: string, x: number, y: number): { name: string; at: [number, number]; width: number } => ({ name, at: [x, y], width: 40 });
   const kept = apart([words("over hall", 95, 84), words("hall", 80, 80), words("cut off", 10, 40), words("kitchen", 80, 120)], 160);
   expect(kept.map(({ name }) => name)).toEqual(["hall", "kitchen"]);
+});
+
+it("writes the name of the room that the robot is in below its mark", () => {
+  const hall = { at: [80, 84] as const, width: 30 };
+  expect(clear(hall, [85, 80]).at).toEqual([80, 101]);
+  expect([clear(hall, [130, 80]), clear(hall, undefined)]).toEqual([hall, hall]);
 });

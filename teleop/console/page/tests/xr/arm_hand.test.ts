@@ -1,7 +1,7 @@
 import { beforeEach, expect, it, vi } from "vitest";
 import type { Arm } from "../../src/arm/arm";
 import { ArmHand } from "../../src/xr/arm_hand";
-import { BUTTONS, Side } from "../../src/xr/inputs";
+import { Side } from "../../src/xr/inputs";
 
 const pulse = vi.fn(() => Promise.resolve(true));
 const hold = { begin: vi.fn(() => true), end: vi.fn() };
@@ -11,8 +11,8 @@ let side: Side;
 
 /** A frame in which the grip is held or not, and the controller there or gone. */
 function frame(held: boolean, there = true): void {
-  const buttons = Array.from({ length: 6 }, (_, at) => ({ pressed: held && at === BUTTONS.squeeze, value: 0 }));
-  side.source = { gamepad: { mapping: "xr-standard", axes: [0, 0, 0, 0], buttons, hapticActuators: [{ pulse }] } } as unknown as XRInputSource;
+  const buttons = Array.from({ length: 6 }, (_, at) => ({ pressed: held && at === 1, value: 0 }));
+  side.become({ handedness: "left", profiles: ["acme-wand"], gamepad: { mapping: "xr-standard", axes: [0, 0, 0, 0], buttons, hapticActuators: [{ pulse }] } } as unknown as XRInputSource);
   side.present = there;
   hand.frame(side, arm);
 }

@@ -4,6 +4,7 @@ import type { Side } from "../../src/xr/inputs";
 import type { Joined } from "../../src/driving/driving_environment";
 import { Harness } from "../driving/harness";
 
+const LAYOUT = { squeeze: 1, stick: [2, 3] };
 let page: Harness;
 let joined: Joined;
 let source: HeadsetSource;
@@ -13,7 +14,7 @@ let hand: { squeeze: boolean; axes: number[]; there: boolean };
 function frames(time: number): void {
   for (let passed = 0; passed < time; passed += 14) {
     const pad = { mapping: "xr-standard", axes: hand.axes, buttons: [{ pressed: false }, { pressed: hand.squeeze }] };
-    source.frame({ hand: "right", pad: hand.there ? pad : undefined } as unknown as Side);
+    source.frame({ hand: "right", pad: hand.there ? pad : undefined, layout: LAYOUT } as unknown as Side);
     page.wait(14);
   }
 }

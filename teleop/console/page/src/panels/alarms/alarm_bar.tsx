@@ -59,7 +59,7 @@ export function MuteButton({ alarms }: { alarms: Alarms }) {
           ? <path class="panel-stroke" d="M13 7l5 6M18 7l-5 6" />
           : <path class="panel-stroke" d="M13.5 7q2 3 0 6M16 5q4 5 0 10" />}
       </svg>
-      <span class="panel-mute-words">{words}</span>
+      <span class="panel-mute-words" data-room={sound === "unavailable" ? words : texts.locked}>{words}</span>
     </button>
   );
 }

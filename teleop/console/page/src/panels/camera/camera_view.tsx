@@ -1,5 +1,6 @@
 /** The camera's picture over the scene, with its age. */
 
+import { useEffect } from "preact/hooks";
 import type { CameraFeed } from "../../camera/camera_feed";
 import { STALE_AFTER } from "../../operating_data";
 import { dataAge } from "../../robot/data_age";
@@ -16,6 +17,7 @@ interface CameraViewProps {
 
 /** The picture of the chosen stream; nothing if there is none. */
 export function CameraView(props: CameraViewProps) {
+  useEffect(() => props.feed.watch(), [props.feed]);
   const chosen = props.feed.chosen.value;
   if (chosen?.path === undefined) {
     return null;

@@ -26,7 +26,7 @@ export function ReplayBar({ player, moments, onBack }: ReplayProps) {
           ? <button type="button" onClick={() => { player.pause(); }}>{texts.pause}</button>
           : <button type="button" onClick={() => { player.play(); }}>{texts.play}</button>}
         <span class="replay-time">{texts.time(at, run.length)}</span>
-        <span class="replay-words">{texts.watching(run.name)}</span>
+        <span class="replay-words">{texts.watching(run.name)}{!run.whole && <strong> {texts.damaged(run.length)}</strong>}</span>
         <button type="button" onClick={onBack}>{texts.back}</button>
       </p>
       <Strip moments={moments} length={run.length} />
