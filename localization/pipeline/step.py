@@ -40,6 +40,7 @@ from localization.pipeline.sweep_update import Registration, corrected_by_sweep
 from localization.pipeline.undo import ReplacedEstimate
 from localization.relocalization.relocalizer import Placement
 from localization.types import (
+    GRAVITY,
     SECOND,
     Hint,
     Inertial,
@@ -159,6 +160,10 @@ def _predicted(state: State, increment: Increment, r: Resources) -> State:
             slip = slip if agree else slip.distrusted(now)
             filter_ = update_standstill(filter_, ekf, witness, left, right, seconds=span)
         slip = slip.rolled_on(filter_.rolling_speed(left, right) * dt)
+        if r.config.sensors.accelerometer:
+            # Of the specific force, what is not gravity.
+            gravity = GRAVITY * float(filter_.pose.rotation[2, 0])
+            slip = slip.felt(float(increment.force[0]) - gravity, dt, now)
         distrusted = slip.slipping(now) or not increment.rolling
         filter_, motion = predict(
             filter_,
