@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import NamedTuple, Protocol
 
 from scipy.stats import chi2
@@ -20,8 +21,7 @@ _RECENT = 4
 _ROOM = 3.0
 """So many sigma a position, or a speed, may be off."""
 _FORCE_ERROR = 0.06
-"""Error of an acceleration that is felt, one sigma [m/s^2]: an accelerometer's bias, or 0.35 degrees of tilt (see
-``EkfConfig.tilt``)."""
+"""Bias of an accelerometer, one sigma [m/s^2] (see ``EkfConfig.tilt``)."""
 
 
 class SlipSettings(Protocol):
@@ -137,11 +137,17 @@ class SlipDetector(NamedTuple):
             detector = detector._replace(speed=before)
         return detector.distrusted(now)
 
-    def felt(self, acceleration: float, seconds: float, now: int) -> SlipDetector:
+    def felt(self, acceleration: float, sigma: float, seconds: float, now: int) -> SlipDetector:
         """Return the detector after an acceleration was felt [m/s^2]: it carries the speed on while the wheels slip.
 
         Between bare walls nothing else distinguishes wheels that spin from wheels that grip again at another speed. Its
-        errors add up: after three seconds at walking pace the wheels are believed again.
+        errors add up: after two or three seconds at walking pace the wheels are believed again.
+
+        Args:
+            acceleration: along the robot, without gravity [m/s^2].
+            sigma: what the robot's tilt leaves open of it [m/s^2].
+            seconds: for how long.
+            now: stamp of the reading [ns].
         """
         if self.speed is None or not self.slipping(now):
             return self
@@ -149,7 +155,7 @@ class SlipDetector(NamedTuple):
         return self._replace(
             speed=self.speed + gained,
             trusted_speed=self.trusted_speed + gained,
-            speed_sigma=self.speed_sigma + _FORCE_ERROR * seconds,
+            speed_sigma=self.speed_sigma + math.hypot(_FORCE_ERROR, sigma) * seconds,
         )
 
     def _refuted(self, rolling: float) -> bool:
@@ -194,7 +200,6 @@ class SlipDetector(NamedTuple):
             trusted_speed=min(max(way / elapsed, low - margin), high + margin),
             ahead=self.ahead + way - self.rolling_speed * elapsed,
             compared=self.compared + elapsed,
-            speed_sigma=self.config.wheel_speed_noise,
         )
         fresh = shown._replace(ahead=0.0, compared=0.0)
         room = margin * shown.compared + _ROOM * sigma
@@ -284,7 +289,7 @@ class SlipDetector(NamedTuple):
         """Return the detector with the speed and yaw rate that KISS-ICP observed.
 
         Along a bare corridor it observes none, and returns what it began with: while the wheels slip, a speed counts
-        by its error beside that of the speed known before.
+        by its error beside that of the speed known before, which a push may have changed.
 
         Args:
             covariance: (3, 3) of the x, y [m] and yaw [rad] observed last.
@@ -293,11 +298,11 @@ class SlipDetector(NamedTuple):
         speed, turn_rate = self._observed_velocity
         if self.speed is None or not self.slipping(now):
             return self._replace(speed=speed, turn_rate=turn_rate)
-        known = self.speed_sigma**2
-        gain = known / (known + float(covariance[0, 0]) / self.elapsed**2)
+        known = self.speed_sigma**2 + self.config.overspeed_margin**2
+        error = float(covariance[0, 0]) / self.elapsed**2
         return self._replace(
-            speed=self.speed + gain * (speed - self.speed),
-            speed_sigma=self.speed_sigma * (1.0 - gain) ** 0.5,
+            speed=self.speed + known / (known + error) * (speed - self.speed),
+            speed_sigma=min(self.speed_sigma, error**0.5),
             turn_rate=turn_rate,
         )
 

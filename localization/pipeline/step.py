@@ -7,6 +7,7 @@ loss begin a search that runs in parallel, a little each tick.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from enum import Enum, auto
@@ -163,7 +164,8 @@ def _predicted(state: State, increment: Increment, r: Resources) -> State:
         if r.config.sensors.accelerometer:
             # Of the specific force, what is not gravity.
             gravity = GRAVITY * float(filter_.pose.rotation[2, 0])
-            slip = slip.felt(float(increment.force[0]) - gravity, dt, now)
+            sigma = GRAVITY * math.sqrt(float(filter_.full_covariance[4, 4]))
+            slip = slip.felt(float(increment.force[0]) - gravity, sigma, dt, now)
         distrusted = slip.slipping(now) or not increment.rolling
         filter_, motion = predict(
             filter_,

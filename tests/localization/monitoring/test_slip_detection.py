@@ -176,7 +176,7 @@ def test_wheels_that_spin_up_are_distrusted_until_the_robot_is_felt_to_be_as_fas
     for i in range(round(after / tick)):
         now += SECOND // 50
         detector = detector.wheels_read(1.2, tick, now)
-        detector = detector.felt(push if i * tick < 1.2 else 0.0, tick, now)
+        detector = detector.felt(push if i * tick < 1.2 else 0.0, 0.05, tick, now)
     assert detector.slipping(now) is slip
 
 
