@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import NamedTuple, Protocol
 
 from scipy.stats import chi2
@@ -18,7 +19,9 @@ _SLIP_GATE = float(chi2.ppf(0.999, 1))
 _RECENT = 4
 """Slip that ended no longer ago than so many times its memory may be what wheels come back from."""
 _ROOM = 3.0
-"""So many sigma a position may be off."""
+"""So many sigma a position, or a speed, may be off."""
+_FORCE_ERROR = 0.06
+"""Bias of an accelerometer, one sigma [m/s^2] (see ``EkfConfig.tilt``)."""
 
 
 class SlipSettings(Protocol):
@@ -80,8 +83,10 @@ class SlipDetector(NamedTuple):
     elapsed: float = 0.0
     """Length of the present window [s]."""
     speed: float | None = None
-    """Forward speed [m/s] to use while the wheels slip: the last that was observed or that trusted wheels rolled; None
-    before the first."""
+    """Forward speed [m/s] to use while the wheels slip: the last that was observed or that trusted wheels rolled, and what
+    was felt since then; None before the first."""
+    speed_sigma: float = 0.0
+    """Its error while the wheels slip, one sigma [m/s]."""
     turn_rate: float = 0.0
     """Yaw rate that KISS-ICP observed last [rad/s]."""
     ahead: float = 0.0
@@ -106,8 +111,11 @@ class SlipDetector(NamedTuple):
 
     def distrusted(self, now: int) -> SlipDetector:
         """Return the detector after a sign of slip at a stamp [ns]."""
-        trusted = self.trusted_speed if self.slipping(now) else self.last_speed
-        return self._replace(slip_until=now + self.config.slip_memory, trusted_speed=trusted)
+        until = now + self.config.slip_memory
+        if self.slipping(now):
+            return self._replace(slip_until=until)
+        sigma = self.config.wheel_speed_noise
+        return self._replace(slip_until=until, trusted_speed=self.last_speed, speed_sigma=sigma)
 
     def wheels_read(self, rolling: float, seconds: float, now: int) -> SlipDetector:
         """Return the detector after a reading of the wheels, which may spin up faster than tyres can grip.
@@ -119,6 +127,8 @@ class SlipDetector(NamedTuple):
         """
         c, before = self.config, self.rolling_speed
         detector = self._replace(rolling_speed=rolling)
+        if self.slipping(now) and self._refuted(rolling):
+            return detector.distrusted(now)
         if abs(rolling - before) <= c.max_acceleration * seconds + c.wheel_speed_noise:
             return detector
         if self._grips_again(rolling, now):
@@ -126,6 +136,34 @@ class SlipDetector(NamedTuple):
         if not self.slipping(now):
             detector = detector._replace(speed=before)
         return detector.distrusted(now)
+
+    def felt(self, acceleration: float, sigma: float, seconds: float, now: int) -> SlipDetector:
+        """Return the detector after an acceleration was felt [m/s^2]: it carries the speed on while the wheels slip.
+
+        Between bare walls nothing else distinguishes wheels that spin from wheels that grip again at another speed. Its
+        errors add up: after two or three seconds at walking pace the wheels are believed again.
+
+        Args:
+            acceleration: along the robot, without gravity [m/s^2].
+            sigma: what the robot's tilt leaves open of it [m/s^2].
+            seconds: for how long.
+            now: stamp of the reading [ns].
+        """
+        if self.speed is None or not self.slipping(now):
+            return self
+        gained = acceleration * seconds
+        return self._replace(
+            speed=self.speed + gained,
+            trusted_speed=self.trusted_speed + gained,
+            speed_sigma=self.speed_sigma + math.hypot(_FORCE_ERROR, sigma) * seconds,
+        )
+
+    def _refuted(self, rolling: float) -> bool:
+        """Return whether wheels that are distrusted roll at a speed that the robot surely does not have [m/s]."""
+        c = self.config
+        if self.speed is None or not c.sensors.accelerometer:
+            return False
+        return abs(rolling - self.speed) > c.wheel_speed_noise + _ROOM * self.speed_sigma
 
     def _grips_again(self, rolling: float, now: int) -> bool:
         """Return whether wheels that have slipped roll at the robot's speed of before again.
@@ -247,10 +285,26 @@ class SlipDetector(NamedTuple):
         speeds = (0.0, self.last_speed, self.rolling_speed, before)
         return min(speeds), max(speeds)
 
-    def confirmed(self) -> SlipDetector:
-        """Return the detector with the speed and yaw rate that KISS-ICP observed."""
+    def confirmed(self, covariance: FloatArray, now: int) -> SlipDetector:
+        """Return the detector with the speed and yaw rate that KISS-ICP observed.
+
+        Along a bare corridor it observes none, and returns what it began with: while the wheels slip, a speed counts
+        by its error beside that of the speed known before, which a push may have changed.
+
+        Args:
+            covariance: (3, 3) of the x, y [m] and yaw [rad] observed last.
+            now: stamp at the end of the window [ns].
+        """
         speed, turn_rate = self._observed_velocity
-        return self._replace(speed=speed, turn_rate=turn_rate)
+        if self.speed is None or not self.slipping(now):
+            return self._replace(speed=speed, turn_rate=turn_rate)
+        known = self.speed_sigma**2 + self.config.overspeed_margin**2
+        error = float(covariance[0, 0]) / self.elapsed**2
+        return self._replace(
+            speed=self.speed + known / (known + error) * (speed - self.speed),
+            speed_sigma=min(self.speed_sigma, error**0.5),
+            turn_rate=turn_rate,
+        )
 
     def contradicted(self, covariance: FloatArray, state: FilterState) -> bool:
         """Return whether KISS-ICP observed that the wheels slipped.

@@ -52,6 +52,11 @@ class SensorConfiguration:
         return self.motion in (Motion.WHEELS_AND_GYRO, Motion.WHEELS)
 
     @property
+    def accelerometer(self) -> bool:
+        """Whether the forces of an inertial unit are used beside rim speeds: on a level floor they are those of a standstill."""
+        return self.motion is Motion.WHEELS_AND_GYRO and not self.flat
+
+    @property
     def leader(self) -> tuple[type[Reading], ...]:
         """The kinds of readings that advance the localiser's time."""
         return _LEADERS[self.motion]

@@ -7,6 +7,7 @@ loss begin a search that runs in parallel, a little each tick.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from enum import Enum, auto
@@ -40,6 +41,7 @@ from localization.pipeline.sweep_update import Registration, corrected_by_sweep
 from localization.pipeline.undo import ReplacedEstimate
 from localization.relocalization.relocalizer import Placement
 from localization.types import (
+    GRAVITY,
     SECOND,
     Hint,
     Inertial,
@@ -159,6 +161,11 @@ def _predicted(state: State, increment: Increment, r: Resources) -> State:
             slip = slip if agree else slip.distrusted(now)
             filter_ = update_standstill(filter_, ekf, witness, left, right, seconds=span)
         slip = slip.rolled_on(filter_.rolling_speed(left, right) * dt)
+        if r.config.sensors.accelerometer:
+            # Of the specific force, what is not gravity.
+            gravity = GRAVITY * float(filter_.pose.rotation[2, 0])
+            sigma = GRAVITY * math.sqrt(float(filter_.full_covariance[4, 4]))
+            slip = slip.felt(float(increment.force[0]) - gravity, sigma, dt, now)
         distrusted = slip.slipping(now) or not increment.rolling
         filter_, motion = predict(
             filter_,
@@ -313,11 +320,11 @@ def _disambiguated(state: State, record: SweepRecord, r: Resources) -> tuple[Sta
 def _possible(state: State, placement: Placement, config: LocalizerConfig) -> bool:
     """Return whether the robot can be at a place that is not where it is believed to be.
 
-    It can if it may have been moved without its sensors noticing, or if the place is one that the pose's
-    uncertainty allows. Otherwise wheels, gyro and scanner, which have led from one pose to the next, outweigh
+    It can if it may have been moved without its sensors noticing, as also if it seems to have left the map and nearly
+    all that it sees is mapped elsewhere, or if the place is one that the pose's uncertainty allows. Otherwise wheels, gyro and scanner, which have led from one pose to the next, outweigh
     any number of points that another place explains.
     """
-    if state.health.unconfirmed > 0.0:
+    if state.health.unconfirmed > 0.0 or (state.health.off_map and placement.explained == 1.0):
         return True
     axes = [0, 1, 5]
     off = difference(state.filter.pose, placement.map_from_base)[axes]

@@ -125,7 +125,7 @@ def _observed_motion(
     if not slip.complete:
         return state._replace(kiss=kiss, slip=slip), observed
     if slip.plausible(record.sweep.stamp):
-        slip = slip.confirmed()
+        slip = slip.confirmed(covariance, record.sweep.stamp)
         if slip.contradicted(covariance, filter_):
             slip, filter_ = _slipped(slip, filter_, record.sweep.stamp, r.config)
     else:

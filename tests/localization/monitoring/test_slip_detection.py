@@ -110,7 +110,9 @@ def test_wheels_that_have_not_come_in_doubt_stay_trusted_whatever_the_map_shows(
 def test_speed_to_go_on_with_is_that_of_trusted_wheels_where_kiss_icp_sees_nothing() -> None:
     """Not the one that KISS-ICP saw seconds ago, while one of the scanners was still alive."""
     detector = SlipDetector(LocalizerConfig())
-    detector = detector.observed(Pose.planar(0.06, 0.0, 0.0), 0.1).confirmed().restarted()
+    detector = (
+        detector.observed(Pose.planar(0.06, 0.0, 0.0), 0.1).confirmed(COVARIANCE, 1).restarted()
+    )
     assert detector.speed == pytest.approx(0.6)
     for _ in range(3):
         detector = detector.rolled_on(0.02).unobserved(0.1, 1)
@@ -154,6 +156,37 @@ def test_wheels_that_come_back_from_slip_to_the_speed_of_before_are_trusted(
     detector = detector.wheels_read(1.4, 0.02, end)
     assert not detector.slipping(end)
     assert detector.wheels_read(after, 0.02, end + step).slipping(end + step) is slip
+
+
+@pytest.mark.parametrize(
+    ("push", "after", "slip"),
+    [
+        (0.0, 0.4, True),  # nothing pushes the robot to the speed of its wheels
+        (0.0, 1.5, True),
+        (0.0, 5.0, False),  # by then a speed that was only felt is worth nothing
+        (0.5, 1.8, False),  # the wheels grip, and the robot speeds up to theirs
+    ],
+)
+def test_wheels_that_spin_up_are_distrusted_until_the_robot_is_felt_to_be_as_fast(
+    push: float, after: float, slip: bool
+) -> None:
+    tick, now = 0.02, 1
+    detector = SlipDetector(LocalizerConfig()).wheels_read(0.6, 1.0, now)
+    detector = detector.rolled_on(0.06).unobserved(0.1, now)
+    for i in range(round(after / tick)):
+        now += SECOND // 50
+        detector = detector.wheels_read(1.2, tick, now)
+        detector = detector.felt(push if i * tick < 1.2 else 0.0, 0.05, tick, now)
+    assert detector.slipping(now) is slip
+
+
+def test_kiss_icp_that_sees_nothing_along_a_corridor_confirms_no_speed() -> None:
+    config = LocalizerConfig()
+    for along, speed in ((0.005, 0.3), (3.0, 0.6)):
+        detector = SlipDetector(config).wheels_read(0.6, 1.0, 1).wheels_read(1.2, 0.02, 2)
+        detector = detector.rolled_on(0.12).observed(Pose.planar(0.03, 0.0, 0.0), 0.1)
+        covariance = np.diag(np.square([along, 0.005, 0.002]))
+        assert detector.confirmed(covariance, 3).speed == pytest.approx(speed, abs=0.15)
 
 
 def test_sweep_that_fits_elsewhere_makes_no_robot_faster_than_its_wheels() -> None:
