@@ -279,14 +279,14 @@ class InRealTime(typing.Protocol):
 
 @asynccontextmanager
 async def real_time(
-    world: World, cloud: Cloud, cache: Path, config: ServeConfig | None = None
+    world: World, cloud: Cloud, cache: Path, config: ServeConfig | None = None, **options: Any
 ) -> AsyncIterator[Address]:
-    """Serve a robot in real time, driven by a thread of this process."""
+    """Serve a robot as ``farsteer serve`` does, in real time unless a configuration says otherwise."""
     ready: asyncio.Future[Address] = asyncio.get_running_loop().create_future()
     stop = asyncio.Event()
     config = config or ServeConfig(port=0)
     serving = asyncio.create_task(
-        serve(world, cloud, config, cache=cache, ready=ready.set_result, stop=stop)
+        serve(world, cloud, config, cache=cache, ready=ready.set_result, stop=stop, **options)
     )
     try:
         first: set[asyncio.Future[Any]] = {ready, serving}

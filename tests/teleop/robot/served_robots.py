@@ -2,19 +2,16 @@
 
 from __future__ import annotations
 
-import asyncio
-from collections.abc import AsyncIterator
-from contextlib import AbstractAsyncContextManager, asynccontextmanager
+from contextlib import AbstractAsyncContextManager
 from dataclasses import replace
 from pathlib import Path
 from typing import Any, Protocol
 
 from localization.maps.cloud import Cloud
 from robot_sim import World
-from teleop.robot.serve import serve
 from teleop.robot.serving.address import Address
 from teleop.robot.serving.serve_config import ServeConfig
-from tests.teleop.support import soon
+from tests.teleop.support import real_time
 
 DRIVER, OTHER, ADMIN, VIEWER = (f"{name}-of-whom-nobody-knows" for name in "doav")
 TOKENS = f"""
@@ -40,22 +37,11 @@ def tokens(folder: Path) -> Path:
     return path
 
 
-@asynccontextmanager
-async def served(
+def served(
     world: World, cloud: Cloud, cache: Path, config: ServeConfig, **options: Any
-) -> AsyncIterator[Address]:
+) -> AbstractAsyncContextManager[Address]:
     """A robot in lockstep."""
-    ready: asyncio.Future[Address] = asyncio.get_running_loop().create_future()
-    stop = asyncio.Event()
-    config = replace(config, port=0, lockstep=True)
-    serving = asyncio.create_task(
-        serve(world, cloud, config, cache=cache, ready=ready.set_result, stop=stop, **options)
-    )
-    try:
-        yield await soon(ready)
-    finally:
-        stop.set()
-        await serving
+    return real_time(world, cloud, cache, replace(config, port=0, lockstep=True), **options)
 
 
 class Serving(Protocol):

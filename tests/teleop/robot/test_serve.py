@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import http.client
+from contextlib import AsyncExitStack
 from pathlib import Path
 from typing import Any
 
@@ -13,7 +14,6 @@ from localization.logs.open_log import open_log
 from localization.maps.cloud import Cloud
 from robot_sim import World
 from teleop.robot.serve import serve
-from teleop.robot.serving.address import Address
 from teleop.robot.serving.serve_config import ServeConfig
 from teleop.rosbridge import Client
 from teleop.scene_clouds import scene_cloud_path
@@ -23,27 +23,13 @@ from tests.teleop.support import arm, in_a_loop, peer, soon
 
 @in_a_loop
 async def test_served_robot_offers_map_frames_and_user_types(
-    office: World, office_cloud: Cloud, cache: Path, tmp_path: Path
+    serving: Serving, office_cloud: Cloud, tmp_path: Path
 ) -> None:
     package = tmp_path / "user_msgs"
     package.mkdir()
     (package / "Lamp.msg").write_text("bool on\nfloat32 brightness\n")
-    loop = asyncio.get_running_loop()
-    ready: asyncio.Future[Address] = loop.create_future()
-    stop = asyncio.Event()
-    serving = asyncio.create_task(
-        serve(
-            office,
-            office_cloud,
-            ServeConfig(port=0, lockstep=True, messages=(package,)),
-            cache=cache,
-            map_file=scene_cloud_path("office"),
-            ready=ready.set_result,
-            stop=stop,
-        )
-    )
-    server = await soon(ready)
-    try:
+    config, file = ServeConfig(messages=(package,)), scene_cloud_path("office")
+    async with serving(config, map_file=file) as server:
         status, tag, size = await asyncio.to_thread(_head, server.port)
         assert (status, tag) == (200, f'"{office_cloud.sha256}"')
         assert size == scene_cloud_path("office").stat().st_size
@@ -62,9 +48,6 @@ async def test_served_robot_offers_map_frames_and_user_types(
             (mount,) = (await soon(received.get()))["transforms"]
             assert mount["child_frame_id"] == "laser_horizontal"
             assert mount["transform"]["translation"]["x"] != 0.0
-    finally:
-        stop.set()
-        await serving
 
 
 def _head(port: int) -> tuple[int, str | None, int]:
@@ -96,21 +79,15 @@ async def test_type_names_follow_the_selected_ros_generation(
 @pytest.mark.slow
 @in_a_loop
 async def test_braking_of_a_robot_in_lockstep_that_is_shut_down_is_recorded(
-    office: World, office_cloud: Cloud, cache: Path, tmp_path: Path
+    serving: Serving, tmp_path: Path
 ) -> None:
-    ready: asyncio.Future[Address] = asyncio.get_running_loop().create_future()
-    stop, log = asyncio.Event(), tmp_path / "readings.mcap"
-    config = ServeConfig(port=0, lockstep=True, record=log)
-    serving = asyncio.create_task(
-        serve(office, office_cloud, config, cache=cache, ready=ready.set_result, stop=stop)
-    )
-    address = await soon(ready)
-    async with peer(address.url) as client:
+    log = tmp_path / "readings.mcap"
+    # The client stays until the robot has ended.
+    async with AsyncExitStack() as later, serving(ServeConfig(record=log)) as address:
+        client = await later.enter_async_context(peer(address.url))
         await arm(client)
         await client.joy(1.0)
         stepped = await client.step(25)
-        stop.set()
-        await serving
     assert max(reading.stamp for reading in open_log(log)) > stepped
 
 
