@@ -36,18 +36,9 @@ class ScenarioFileError(TeleopError):
         super().__init__("\n".join(errors))
 
 
-def located(
-    error: ScenarioError, file: Path, lines: Mapping[FieldPath, int] | None = None
-) -> ScenarioFileError:
-    """Return an error with its file and line.
-
-    Args:
-        error: The error.
-        file: The scenario file.
-        lines: Line of each field, as ``lines_of`` returns them; read from the file unless given.
-    """
-    if lines is None:
-        lines = lines_of(file.read_text(encoding="utf-8"))
+def located(error: ScenarioError, file: Path) -> ScenarioFileError:
+    """Return an error of a scenario file with its file and line."""
+    lines = lines_of(file.read_text(encoding="utf-8"))
     return ScenarioFileError([line_of_error(error, file, lines)])
 
 

@@ -51,7 +51,6 @@ class Session:
         scenario: Scenario,
         scene: Scene,
         *,
-        folder: RunFolder | None = None,
         link: LinkTimeline | None = None,
         authenticator: Authenticator | None = None,
         by_clock: bool = False,
@@ -68,7 +67,6 @@ class Session:
         Args:
             scenario: The scenario.
             scene: Its world and map.
-            folder: Where the run is recorded; None for a run of which only the outcome is kept.
             link: Emulates the links of the clients.
             authenticator: Verifies tokens; without one everybody may do everything.
             by_clock: Whether it is ticked by the clock, for clients with sockets; they have limits of rates and
@@ -142,7 +140,7 @@ class Session:
                 lambda: simulation.stamp,
                 None if fit is None else ArmFacts(simulation, fit, self.second_arm),
             )
-        self.folder = folder
+        self.folder: RunFolder | None = None
         """Where the run is recorded; None for a run of which only the outcome is kept."""
 
         self.ending: str | None = None

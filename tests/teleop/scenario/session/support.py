@@ -129,7 +129,8 @@ def run(
     """Run a scenario to its end, or for some ticks; by default nobody drives."""
     scene = scene_of(chosen)
     kept = None if folder is None else RunFolder(folder, chosen, scene)
-    session = Session(chosen, scene, folder=kept, link=link_of(chosen))
+    session = Session(chosen, scene, link=link_of(chosen))
+    session.folder = kept
     records: list[TickRecord] = []
     session.stepped.observers += (records.append,)
     if ticks is not None:
