@@ -22,8 +22,13 @@ who comes on at 1.6 m/s, what matters ends at 3 m."""
 _SEEN_THROUGH: Final = 0.1
 """A point is gone once a beam passes it by so much [m]: eight sigma, and the step between two beams at a slanting wall."""
 _MISSES: Final = 3
-"""Beams without return that a point survives, less one: dark things and glass answer now and then, and a scanner that
-sees nothing at all has failed more often than the world has vanished (mowglinext#198)."""
+"""Beams without return that a lonely point survives, less one. A surface outlives any number: dark things and glass answer
+now and then, and a window on which there is mud is met more often than a surface that vanishes into nothing
+(mowglinext#198)."""
+_TOGETHER: Final = 0.1
+"""Distance within which points are of one surface [m]: that of two beams at which one ends."""
+_SURFACE_POINTS: Final = 3
+"""Points of which a surface has at least so many: drops of rain are alone."""
 _NEW: Final = 0.25
 """A point is taken to move if an earlier scan saw so far beyond it [m]: twenty sigma of a range, and of odometry between."""
 _LOOKS_BACK: Final = 5
@@ -200,7 +205,7 @@ class Surroundings:
         through = answered & (measured > away + _NEW)
         unanswered = inside & np.isposinf(measured)
         kept[unanswered, 3] += 1.0
-        gone = passed | (kept[:, 3] >= _MISSES)
+        gone = passed | _lonely(kept[:, :2], unanswered & (kept[:, 3] >= _MISSES))
         kept[:, 4] = 0.0
         kept[kept[:, 5] > 0.0, 2] = MEMORY
         return kept[~gone], int(inside.sum()), int(through.sum())
@@ -251,6 +256,15 @@ def _smoothed(ranges: FloatArray) -> FloatArray:
             total[k:-k] += np.where(same, before + after, 0.0)
         count[k:-k] += 2.0 * same
     return np.where(np.isfinite(ranges), total / count, ranges)
+
+
+def _lonely(xy: FloatArray, which: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """Return which of the chosen points (N,) have too few others around them to be of a surface."""
+    lonely = which.copy()
+    if which.any():
+        apart = np.hypot(*(xy[which, None, :] - xy[None, :, :]).transpose(2, 0, 1))
+        lonely[which] = (apart < _TOGETHER).sum(axis=1) < _SURFACE_POINTS
+    return lonely
 
 
 def _filled(ranges: FloatArray) -> FloatArray:
