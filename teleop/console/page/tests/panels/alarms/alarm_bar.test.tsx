@@ -29,7 +29,7 @@ it("shows the alarms, tells them to screen readers, and shows whether the sound 
   });
   expect(page.root.querySelector("[data-kind='lost']")?.textContent).toContain("<i>carried</i>");
   expect(page.root.querySelector("[role='alert']")?.textContent).toContain("The robot is lost");
-  expect(page.text()).toContain("Sound: press");
+  expect(page.text()).toContain("Sound: any key");
   const button = page.root.querySelector("button");
   await page.act(() => { button?.click(); });
   expect(button?.getAttribute("data-muted")).toBe("true");
