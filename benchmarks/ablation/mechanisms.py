@@ -97,6 +97,7 @@ MECHANISMS: Mapping[str, Change] = {
     "largest sigma": without("health", lost_sigma=math.inf),
     "disambiguation while driving": without("hypotheses", min_sweeps=1, min_distance=0.0),
     "places far worse": without("hypotheses", drop_margin=2.0),
+    "least share of a place": without("hypotheses", min_share=0.0),
     "advantage of what stands": without("hypotheses", standing_factor=1.0),
     "sure share": without("hypotheses", sure_share=0.0),
     "end of comparing": without("hypotheses", looks=_NEVER, max_distance=math.inf),

@@ -35,6 +35,7 @@ DECIDING = (
     "repeated checks",
     "disambiguation while driving",
     "places far worse",
+    "least share of a place",
     "advantage of what stands",
     "sure share",
     "end of comparing",

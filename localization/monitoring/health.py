@@ -35,7 +35,7 @@ class HealthConfig:
     right; mostly 0.10 to 0.30 where it is wrong and the sweep fits all the same."""
     off_map: float = 0.5
     """If a larger share of a sweep ends where nothing is mapped, the robot has left the map: it goes by its
-    own motion, or was never where it is believed to be. A search of the map shows which."""
+    own motion, and a search of the map would only find wrong places."""
     recheck_period: int = 100
     """Number of sweeps between searches of the whole map while that lasts; 10 s at 10 Hz."""
     jump_inconsistency: float = 0.08
@@ -133,8 +133,6 @@ class HealthMonitor:
     def needs_check(self) -> bool:
         """Whether it is time to search for another place that explains what is seen."""
         c = self.config
-        if self.off_map and self.bad_for * SECOND >= c.settling:
-            return True
         return self.settled or self.violations % c.recheck_period == c.suspect_after
 
     def after_jump(self, consistency: ScanConsistency | None, change: Change) -> HealthMonitor:

@@ -20,6 +20,8 @@ _RECENT = 4
 """Slip that ended no longer ago than so many times its memory may be what wheels come back from."""
 _ROOM = 3.0
 """So many sigma a position, or a speed, may be off."""
+_UNSEEN = 2.0
+"""KISS-ICP sees nothing of the speed if it did not for so many windows."""
 _FORCE_ERROR = 0.06
 """Bias of an accelerometer, one sigma [m/s^2] (see ``EkfConfig.tilt``)."""
 
@@ -86,7 +88,11 @@ class SlipDetector(NamedTuple):
     """Forward speed [m/s] to use while the wheels slip: the last that was observed or that trusted wheels rolled, and what
     was felt since then; None before the first."""
     speed_sigma: float = 0.0
-    """Its error while the wheels slip, one sigma [m/s]."""
+    """Its error when the wheels came in doubt, or when it was observed since then, one sigma [m/s]."""
+    felt_sigma: float = 0.0
+    """Error of what was felt since then, one sigma [m/s]."""
+    unseen: float = 0.0
+    """Time since then [s]."""
     turn_rate: float = 0.0
     """Yaw rate that KISS-ICP observed last [rad/s]."""
     ahead: float = 0.0
@@ -115,7 +121,13 @@ class SlipDetector(NamedTuple):
         if self.slipping(now):
             return self._replace(slip_until=until)
         sigma = self.config.wheel_speed_noise
-        return self._replace(slip_until=until, trusted_speed=self.last_speed, speed_sigma=sigma)
+        return self._replace(
+            slip_until=until,
+            trusted_speed=self.last_speed,
+            speed_sigma=sigma,
+            felt_sigma=0.0,
+            unseen=0.0,
+        )
 
     def wheels_read(self, rolling: float, seconds: float, now: int) -> SlipDetector:
         """Return the detector after a reading of the wheels, which may spin up faster than tyres can grip.
@@ -155,15 +167,20 @@ class SlipDetector(NamedTuple):
         return self._replace(
             speed=self.speed + gained,
             trusted_speed=self.trusted_speed + gained,
-            speed_sigma=self.speed_sigma + math.hypot(_FORCE_ERROR, sigma) * seconds,
+            felt_sigma=self.felt_sigma + math.hypot(_FORCE_ERROR, sigma) * seconds,
+            unseen=self.unseen + seconds,
         )
 
     def _refuted(self, rolling: float) -> bool:
-        """Return whether wheels that are distrusted roll at a speed that the robot surely does not have [m/s]."""
+        """Return whether wheels that are distrusted roll at a speed that the robot surely does not have [m/s].
+
+        Where KISS-ICP sees the way, it contradicts them itself: a robot that climbs or is shoved feels more than its speed.
+        """
         c = self.config
-        if self.speed is None or not c.sensors.accelerometer:
+        if self.speed is None or self.unseen < _UNSEEN * c.slip_window:
             return False
-        return abs(rolling - self.speed) > c.wheel_speed_noise + _ROOM * self.speed_sigma
+        sigma = math.hypot(self.speed_sigma, self.felt_sigma)
+        return abs(rolling - self.speed) > c.wheel_speed_noise + _ROOM * sigma
 
     def _grips_again(self, rolling: float, now: int) -> bool:
         """Return whether wheels that have slipped roll at the robot's speed of before again.
@@ -298,13 +315,15 @@ class SlipDetector(NamedTuple):
         speed, turn_rate = self._observed_velocity
         if self.speed is None or not self.slipping(now):
             return self._replace(speed=speed, turn_rate=turn_rate)
-        known = self.speed_sigma**2 + self.config.overspeed_margin**2
+        sigma = math.hypot(self.speed_sigma, self.felt_sigma)
+        known = sigma**2 + self.config.overspeed_margin**2
         error = float(covariance[0, 0]) / self.elapsed**2
-        return self._replace(
-            speed=self.speed + known / (known + error) * (speed - self.speed),
-            speed_sigma=min(self.speed_sigma, error**0.5),
-            turn_rate=turn_rate,
+        seen = self._replace(
+            speed=self.speed + known / (known + error) * (speed - self.speed), turn_rate=turn_rate
         )
+        if error > sigma**2:
+            return seen
+        return seen._replace(speed_sigma=error**0.5, felt_sigma=0.0, unseen=0.0)
 
     def contradicted(self, covariance: FloatArray, state: FilterState) -> bool:
         """Return whether KISS-ICP observed that the wheels slipped.

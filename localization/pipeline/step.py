@@ -320,11 +320,11 @@ def _disambiguated(state: State, record: SweepRecord, r: Resources) -> tuple[Sta
 def _possible(state: State, placement: Placement, config: LocalizerConfig) -> bool:
     """Return whether the robot can be at a place that is not where it is believed to be.
 
-    It can if it may have been moved without its sensors noticing, as also if it seems to have left the map and nearly
-    all that it sees is mapped elsewhere, or if the place is one that the pose's uncertainty allows. Otherwise wheels, gyro and scanner, which have led from one pose to the next, outweigh
+    It can if it may have been moved without its sensors noticing, or if the place is one that the pose's
+    uncertainty allows. Otherwise wheels, gyro and scanner, which have led from one pose to the next, outweigh
     any number of points that another place explains.
     """
-    if state.health.unconfirmed > 0.0 or (state.health.off_map and placement.explained == 1.0):
+    if state.health.unconfirmed > 0.0:
         return True
     axes = [0, 1, 5]
     off = difference(state.filter.pose, placement.map_from_base)[axes]

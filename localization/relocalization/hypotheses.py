@@ -20,12 +20,6 @@ from localization.relocalization.search_config import SearchConfig
 from localization.relocalization.verification import HELD_OFF_SIGMA, same_place, settled
 from localization.types import Candidate, Pose, Sweep
 
-_MOSTLY = 0.5
-"""A pose lies where nothing is mapped if a larger share of the sweeps ends there (``HealthConfig.off_map``)."""
-_OUTSIDE = 3.0
-"""A place replaces a pose where nothing is mapped once it has explained nearly all that was seen over this way [m]: as
-long as sweeps must agree with a pose that a search moved (``HealthConfig.agreement_distance``)."""
-
 
 @dataclass(frozen=True, slots=True)
 class HypothesesConfig:
@@ -45,6 +39,8 @@ class HypothesesConfig:
     standing_factor: float = 3.0
     """A place that shall replace a pose that stands must outdo it by so many times what distinguishes two places that
     a search found: wheels, gyro and scanner have led to that pose."""
+    min_share: float = 0.3
+    """A place that explains a smaller share of the sweeps in the mean is dropped, whatever is mapped there."""
     sure_share: float = 0.75
     """A place that explains a smaller share of the sweeps in the mean is taken, but suspect until metres agree, though
     no other place of the map explains as much: the robot may be where nothing is mapped."""
@@ -139,18 +135,6 @@ class Hypotheses:
         """Return whether the search must begin anew: no place fits any more, or no decision after a long way."""
         return self.nowhere(search, config) or self.distance > config.max_distance
 
-    def outside(self, search: SearchConfig) -> bool:
-        """Return whether the estimate lies where nothing is mapped, and metres agree with another place in the map.
-
-        Nothing contradicts a pose out there. But a place that explains nearly all that was seen on a way, beside one that
-        explains nothing, is where the robot is.
-        """
-        present = next((p for p in self.places if p.present), None)
-        if present is None or self.distance < _OUTSIDE:
-            return False
-        unmapped = 1.0 - present.score - present.contradicted
-        return unmapped > _MOSTLY and self.places[0].score >= 1.0 - search.min_margin
-
     def candidates(self, odom_from_base: Pose) -> tuple[Candidate, ...]:
         """Return the places as of now, best first."""
         if not self.places:
@@ -213,7 +197,7 @@ class Hypotheses:
         kept: list[Hypothesis] = []
         for place in evaluated:
             doubles = [same_place(place.map_from_base, k.map_from_base, search) for k in kept]
-            fits = place.contradicted <= most
+            fits = place.contradicted <= most and place.score >= config.min_share
             if any(doubles):
                 same = doubles.index(True)
                 kept[same] = replace(kept[same], present=kept[same].present or place.present)
@@ -234,12 +218,10 @@ class Hypotheses:
             return None
         if min(best.score, best.shares[-1]) < search.min_inlier_ratio:
             return None
-        outside = self.outside(search)
-        others = [p for p in self.places[1:] if not (outside and p.present)]
         # Not only the second: another may explain less, and contradict no more of what is seen.
-        if not all(_outdoes(best, p, search) for p in others):
+        if not all(_outdoes(best, p, search) for p in self.places[1:]):
             return None
-        standing = (p for p in others if p.present)
+        standing = (p for p in self.places[1:] if p.present)
         if not all(_outdoes(best, p, search, config.standing_factor) for p in standing):
             return None
         return Candidate(best.map_from_base, best.score)
