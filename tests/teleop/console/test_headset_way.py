@@ -49,7 +49,7 @@ async def test_person_enters_looks_drives_is_carried_off_hints_moves_the_arm_sto
 ) -> None:
     async with (
         # Without guard: where it is put down it stands 0.1 m from a wall.
-        paced_robot(office_with_parcel(0.21, 0.03), office_cloud, cache) as robot,
+        paced_robot(office_with_parcel(0.21, 0.03), office_cloud, cache, guard=False) as robot,
         page_of(robot.page, scripts=[headset(building=True)], viewport=SIZE) as visit,
     ):
         page = visit.page
