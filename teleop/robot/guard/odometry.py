@@ -120,8 +120,7 @@ class Odometry:
 
     def driven_over(self, points: FloatArray) -> NDArray[np.bool_]:
         """Return which points (N, 2) of the plane the robot has covered on the path just driven."""
-        nearest: FloatArray = self._outline.gaps(np.array(self._trail), points).min(axis=0)
-        return nearest < 0.0
+        return self.beside_trail(self.into_base(points)) < 0.0
 
     def beside_trail(self, points: FloatArray) -> FloatArray:
         """Return how near the robot came on the path just driven to points (N, 2) in ``base_link`` now [m]."""
