@@ -139,20 +139,19 @@ import json
 import localization.evaluation.consistency, localization.logs.mcap_log, robot_sim, teleop
 from robot_sim.floorplan.scene_folders import scene_folder
 from teleop.console.page_files import built_page
-from teleop.joystick import layouts
 from teleop.ros_types import registry
 
 found = {
     "packages": [m.__file__ for m in (localization, robot_sim, teleop)],
     "page": (built_page() / "index.html").read_text(),
     "scene": (scene_folder("office") / "world.toml").read_text(),
-    "names": [registry()["farsteer_msgs/msg/MapInfo"].name, *layouts()],
+    "types": [registry()["farsteer_msgs/msg/MapInfo"].name],
 }
 print(json.dumps(found))
 """
 
 
-def test_packages_page_scenes_messages_and_layouts_come_from_the_wheel(
+def test_packages_page_scenes_and_messages_come_from_the_wheel(
     installed: Path, tmp_path: Path
 ) -> None:
     found = json.loads(run(installed / "python", "-c", FOUND, cwd=tmp_path))
@@ -160,7 +159,7 @@ def test_packages_page_scenes_messages_and_layouts_come_from_the_wheel(
     assert all(Path(place).is_relative_to(installed.parent) for place in found["packages"])
     assert "<!doctype html>" in found["page"]
     assert tomllib.loads(found["scene"])
-    assert found["names"] == ["farsteer_msgs/msg/MapInfo", "default"]
+    assert found["types"] == ["farsteer_msgs/msg/MapInfo"]
 
 
 def test_command_prints_help_and_version(installed: Path, tmp_path: Path) -> None:

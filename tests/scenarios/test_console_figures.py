@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 import pytest
 
@@ -29,7 +31,7 @@ def test_losing_it_stands_for_all_its_chunks() -> None:
 def test_unknown_part_is_named_with_those_there_are(capsys: pytest.CaptureFixture[str]) -> None:
     with pytest.raises(SystemExit):
         console.main(["clouds"])
-    assert "no part clouds; there are opening, frames, cloud" in capsys.readouterr().err
+    assert "no part clouds; there are opening, rate, frames" in capsys.readouterr().err
 
 
 def test_trials_that_stop_late_drive_on_or_say_nothing_miss_the_goal() -> None:
@@ -86,7 +88,7 @@ def test_cloud_of_fifty_thousand_points_is_a_megabyte() -> None:
     assert len(message["data"]) == message["row_step"] == 1_000_000
 
 
-def test_memory_is_all_that_script_holds_and_its_growth_per_sample() -> None:
+def test_memory_is_all_that_script_holds_and_its_growth_per_minute() -> None:
     usage = {
         "usedSize": 2e6,
         "totalSize": 9e6,
@@ -94,4 +96,8 @@ def test_memory_is_all_that_script_holds_and_its_growth_per_sample() -> None:
         "backingStorageSize": 5e6,
     }
     assert megabytes(usage) == 8.0
-    assert slope([10.0, 12.0, 14.0]) == pytest.approx(2.0)
+    grows, half = slope([10.0, 12.0, 11.0, 13.0])  # one every 20 s
+    assert grows == pytest.approx(2.4)
+    assert half == pytest.approx(
+        4.303 * math.sqrt(0.9 / 5.0) * 3.0, rel=1e-3
+    )  # Student's t, 2 degrees of freedom

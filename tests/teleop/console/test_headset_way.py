@@ -158,6 +158,8 @@ async def _arm(page: Page, robot: PacedRobot) -> None:
     before = angles()
     async with asyncio.timeout(60.0):
         while np.abs(angles() - before).max() < 0.05:
+            await worn(page, "place", "left", -0.25, 1.5, -0.4)
+            await asyncio.sleep(2 * FRAME)
             await worn(page, "button", "left", "squeeze", 1)
             await asyncio.sleep(4 * FRAME)
             for step in range(20):

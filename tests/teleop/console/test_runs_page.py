@@ -47,25 +47,20 @@ async def test_run_is_recorded_by_a_button_and_scrubbed_on_the_same_page(
         robot.place()
         await seen(page)
         await says(page, "Ready", within=".driving-status")
-        await page.locator("summary", has_text="Runs").click()
-        await page.get_by_role("button", name="Record", exact=True).click()
-        await page.get_by_role("button", name="End the recording").wait_for()
-        forward = key(page, "w")
-        start = robot.simulation.truth().map_from_base.position[0]
+        async with _recording(page):
+            forward = key(page, "w")
+            start = robot.simulation.truth().map_from_base.position[0]
 
-        def driven() -> bool:
-            return abs(float(robot.simulation.truth().map_from_base.position[0] - start)) > 0.6
+            def driven() -> bool:
+                return abs(float(robot.simulation.truth().map_from_base.position[0] - start)) > 0.6
 
-        await hold_until(page, forward, driven, "0.6 m driven")
-        await forward(False)
-        async with page.expect_download() as picture:
-            await page.get_by_role("button", name="Save the picture").click()
-        png = Path(await (await picture.value).path()).read_bytes()  # noqa: ASYNC240
-        assert png.startswith(b"\x89PNG")
-        assert len(png) > 10_000  # an empty canvas is a few hundred bytes
-        await page.get_by_role("button", name="End the recording").click()
-        await page.get_by_role("button", name="Look at run-").click()
-        await says(page, "nothing here moves the robot")
+            await hold_until(page, forward, driven, "0.6 m driven")
+            await forward(False)
+            async with page.expect_download() as picture:
+                await page.get_by_role("button", name="Save the picture").click()
+            png = Path(await (await picture.value).path()).read_bytes()  # noqa: ASYNC240
+            assert png.startswith(b"\x89PNG")
+            assert len(png) > 10_000  # an empty canvas is a few hundred bytes
         await says(page, "This is a recording", within=".driving-status")
         await says(page, "x 24.2", within=".page-left")
         await page.evaluate(SEEK, 1.0)

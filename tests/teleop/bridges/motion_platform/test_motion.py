@@ -53,7 +53,7 @@ def imu(roll: float = 0.0, pitch: float = 0.0, **changes: Any) -> dict[str, Any]
     return message | changes
 
 
-@settings(max_examples=200)
+@settings(max_examples=100)
 @given(targets=TARGETS)
 def test_position_rate_and_acceleration_keep_their_limits_for_any_target(targets: Any) -> None:
     motion = LimitedMotion(LIMITS)
@@ -64,7 +64,8 @@ def test_position_rate_and_acceleration_keep_their_limits_for_any_target(targets
             assert (np.abs(motion.position) <= LIMITS.position * WITHIN).all()
             assert (np.abs(motion.rate) <= LIMITS.rate * WITHIN).all()
             assert (np.abs(motion.rate - before) <= LIMITS.acceleration * PERIOD * WITHIN).all()
-            assert np.allclose(motion.position, moved + motion.rate * PERIOD, atol=1e-12)
+            # Not numpy's `allclose`, which takes half of the test's time.
+            assert np.abs(motion.position - moved - motion.rate * PERIOD).max() <= 1e-12
 
 
 @settings(max_examples=100)
