@@ -230,6 +230,17 @@ async def aim(page: Page, hand: str, place: dict[str, float]) -> None:
     await asyncio.sleep(FRAME)
 
 
+async def aim_at_floor(page: Page, x: float, y: float, z: float) -> None:
+    """Point the right hand at a place of the map [m]."""
+    place = await page.evaluate(
+        "([x, y, z]) => { const { x: a, y: b, z: c } = farsteerFigures().headset.toRoom(x, y, z);"
+        " return { x: a, y: b, z: c }; }",
+        [float(x), float(y), float(z)],
+    )
+    await worn(page, "aim", "right", place)
+    await asyncio.sleep(FRAME)
+
+
 async def pinch_key(page: Page, label: str) -> None:
     """Point at a key of a board with an empty hand, and pinch."""
     place = await page.evaluate("label => farsteerFigures().headset.keyAt(label) ?? null", label)

@@ -12,8 +12,19 @@ from playwright.async_api import Page
 from localization.maps.cloud import Cloud
 from robot_sim import World
 from tests.teleop.console.conftest import PATIENCE, Pages
-from tests.teleop.console.hands import press, says, seen
+from tests.teleop.console.hands import hold_until, press, says, seen
+from tests.teleop.console.headset_hands import (
+    FRAME,
+    aim,
+    aim_at_floor,
+    enter,
+    headset,
+    inside,
+    press_key,
+    worn,
+)
 from tests.teleop.console.paced_robot import PacedRobot, paced_robot
+from tests.teleop.console.test_whole_way import until
 from tests.teleop.support import in_a_loop
 
 pytestmark = [pytest.mark.process, pytest.mark.slow]
@@ -82,4 +93,55 @@ async def test_robot_drives_to_the_place_while_the_button_is_held_and_stops_when
         await page.mouse.up()
         assert _from(robot, begin) > rest + 0.1
         assert robot.speed < 0.02
+        assert visit.errors == []
+
+
+@pytest.mark.long
+@in_a_loop
+async def test_in_a_headset_a_ray_chooses_the_place_and_its_key_is_the_deadman(
+    page_of: Pages, office: World, office_cloud: Cloud, cache: Path
+) -> None:
+    async with (
+        paced_robot(office, office_cloud, cache) as robot,
+        page_of(robot.page, scripts=[headset()], viewport={"width": 800, "height": 400}) as visit,
+    ):
+        page = visit.page
+        robot.place()
+        await says(page, "Knows where it is")
+        await seen(page)
+        await enter(page)
+        here = robot.simulation.truth().map_from_base
+        begin = here.position[:2].copy()
+        await press_key(page, "Drive there")
+        await inside(page, lambda it: "Hold to drive there" not in it["words"])
+        for value, ahead in ((1, 3.0), (1, 2.0), (0, 2.0)):  # pressed, dragged, released
+            x, y = begin + ahead * np.array([np.cos(here.yaw), np.sin(here.yaw)])
+            await aim_at_floor(page, x, y, here.position[2])
+            await worn(page, "button", "right", "trigger", value)
+            await asyncio.sleep(2 * FRAME)
+        await inside(page, lambda it: "Hold to drive there" in it["words"])
+
+        async def hold(held: bool) -> None:
+            key = await page.evaluate("farsteerFigures().headset.keyAt('Hold to drive there')")
+            await aim(page, "right", key)
+            await worn(page, "button", "right", "trigger", int(held))
+
+        await hold_until(page, hold, lambda: _from(robot, begin) > 0.3, "0.3 m driven")
+        await hold(False)
+        await until(lambda: robot.speed < 0.01, "that it stands")
+        assert _from(robot, begin) < 1.5, "it drives on to the place, though the key is let go"
+
+        await hold_until(page, hold, lambda: robot.speed > 0.1, "that it drives on")
+        await worn(page, "lie", "right", True)  # the controller lies on the table: no rotation
+        await until(lambda: robot.speed < 0.01, "that it stands")
+        await worn(page, "lie", "right", False)
+        rest = _from(robot, begin)
+        await asyncio.sleep(1.0)
+        assert _from(robot, begin) == pytest.approx(rest, abs=0.02), "it drives on by itself"
+
+        await worn(page, "button", "right", "trigger", 0)
+        await hold_until(page, hold, lambda: _from(robot, begin) > 1.9, "that it is there")
+        await hold(False)
+        await until(lambda: robot.speed < 0.01, "that it stands")
+        assert _from(robot, begin) == pytest.approx(2.0, abs=0.15)
         assert visit.errors == []

@@ -18,6 +18,7 @@ from tests.teleop.console.conftest import Pages
 from tests.teleop.console.hands import hold_until, says, seen
 from tests.teleop.console.headset_hands import (
     FRAME,
+    aim_at_floor,
     enter,
     figures,
     grip,
@@ -129,11 +130,11 @@ async def _hint(page: Page, robot: PacedRobot) -> None:
     await press_key(page, "Show where it is")
     truth = robot.simulation.truth().map_from_base
     x, y, z = (float(v) for v in truth.position)
-    await _aim_at_floor(page, x + 0.1, y - 0.1, z)
+    await aim_at_floor(page, x + 0.1, y - 0.1, z)
     await worn(page, "button", "right", "trigger", 1)
     await asyncio.sleep(2 * FRAME)
     ahead = truth.yaw + 0.05
-    await _aim_at_floor(page, x + 0.1 + np.cos(ahead), y - 0.1 + np.sin(ahead), z)
+    await aim_at_floor(page, x + 0.1 + np.cos(ahead), y - 0.1 + np.sin(ahead), z)
     await asyncio.sleep(FRAME)
     await worn(page, "button", "right", "trigger", 0)
     await inside(page, lambda it: any("explains" in words for words in it["words"]))
@@ -142,16 +143,6 @@ async def _hint(page: Page, robot: PacedRobot) -> None:
         page, lambda it: any(words.startswith(("Accepted", "Kept")) for words in it["words"])
     )
     await says(page, "Knows where it is")
-
-
-async def _aim_at_floor(page: Page, x: float, y: float, z: float) -> None:
-    place = await page.evaluate(
-        "([x, y, z]) => { const { x: a, y: b, z: c } = farsteerFigures().headset.toRoom(x, y, z);"
-        " return { x: a, y: b, z: c }; }",
-        [float(x), float(y), float(z)],
-    )
-    await worn(page, "aim", "right", place)
-    await asyncio.sleep(FRAME)
 
 
 async def _arm(page: Page, robot: PacedRobot) -> None:

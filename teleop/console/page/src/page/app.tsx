@@ -89,7 +89,7 @@ function WholePage({ parts, canvas }: { readonly parts: PageParts; readonly canv
           <div class="page-middle">
             {state.dialect.value !== "plain" && <Guarded name={texts.driving}><SpeedFigure state={state} gear={parts.driving.gear.value} /></Guarded>}
             {mayDrive && <GearSwitch driving={parts.driving} />}
-            {mayDrive && <ThereHold there={parts.there} driving={parts.driving} state={state} />}
+            {mayDrive && <ThereHold there={parts.there} driving={parts.driving} />}
             {layout === "wide" && !cameraLarge && (hinting || parts.scene.doubtful.value) && <Legend parts={parts} />}
           </div>
           {replay !== undefined && <replay.Bar player={replay.player} moments={replay.moments} onBack={() => { location.reload(); }} />}

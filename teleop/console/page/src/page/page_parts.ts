@@ -159,7 +159,7 @@ export function startParts(address: string, version: string, canvas: HTMLCanvasE
   drawPathAhead({ scene, state, driving, statistics: link.statistics, settings });
   const ages = watchAges(state, link.statistics, scene);
   const headset = loadHeadset(navigator.xr, {
-    immersion: scene.immersion, state, statistics: link.statistics, driving, steps, hint, camera, photo, alarms, arm,
+    immersion: scene.immersion, state, statistics: link.statistics, driving, steps, there, hint, camera, photo, alarms, arm,
     theme: settings.theme, now: () => performance.now(), events: events.add,
   });
   watchSurroundings(state, () => scene.body);

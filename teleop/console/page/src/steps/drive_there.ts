@@ -7,6 +7,7 @@ import type { DriveSource } from "../driving/drive_source";
 import type { RobotState } from "../robot/robot_state";
 import { watchPointer, type FloorPoint } from "../scene/floor_pointer";
 import { headingOf } from "../scene/geometry";
+import { stepTexts as texts } from "../texts/steps";
 import type { PlanarPose } from "../values";
 import type { StepControl } from "./step_control";
 import { pointsOf, wayTo } from "./way_to";
@@ -33,6 +34,7 @@ export class DriveThere {
   readonly #target = signal<FloorPoint | undefined>(undefined);
   readonly #deadman = new HoldSource();
   readonly #pose: ReadonlySignal<PlanarPose | undefined>;
+  #asked = false;
 
   constructor(private readonly parts: ThereParts) {
     const { surface, floorPoint, holdView, state, join } = parts;
@@ -48,7 +50,12 @@ export class DriveThere {
     join(this.#deadman);
     watchPointer(surface, floorPoint, () => this.choosing.peek() && !this.#holding.peek(), (event) => {
       if (event.type !== "release") {
-        this.#target.value = event.point;
+        this.aim(event.point);
+      }
+    });
+    effect(() => {
+      if (this.#holding.value && this.parts.steps.pending.value.length === 0) {
+        this.#ask();
       }
     });
     // While the robot drives, the view goes with it.
@@ -61,13 +68,36 @@ export class DriveThere {
     });
   }
 
-  /** Hold the deadman, and have the robot drive to the chosen place. */
+  /** Choose a place of the floor, unless none is to be chosen now or the robot drives to one. */
+  aim(point: FloorPoint): void {
+    if (this.choosing.peek() && !this.#holding.peek()) {
+      this.#target.value = point;
+    }
+  }
+
+  /** Why the robot cannot drive there now, in words; undefined if it can. @param status What driving says of itself. */
+  refusal({ will, words }: { readonly will: boolean; readonly words: string }): string | undefined {
+    if (!will) {
+      return words;
+    }
+    return this.#pose.value === undefined ? texts.thereNoPose : this.#target.value === undefined ? texts.thereHelp : undefined;
+  }
+
+  /** Hold the deadman, and have the robot drive to the chosen place once the steps before have ended. */
   hold(): void {
-    const [pose, target] = [this.#pose.peek(), this.#target.peek()];
-    if (pose !== undefined && target !== undefined) {
+    if (this.#pose.peek() !== undefined && this.#target.peek() !== undefined) {
       this.parts.steps.stop();
       this.#deadman.hold();
+      this.#asked = false;
       this.#holding.value = true;
+    }
+  }
+
+  /** A step that is asked for while one brakes ends with it, not begun. */
+  #ask(): void {
+    const [pose, target] = [this.#pose.peek(), this.#target.peek()];
+    if (!this.#asked && pose !== undefined && target !== undefined) {
+      this.#asked = true;
       for (const goal of wayTo(pose, target)) {
         this.parts.steps.ask(goal);
       }

@@ -6,6 +6,8 @@ import { css, type SceneColours } from "../scene/palette";
 export interface Key {
   readonly label: string;
   readonly press: () => void;
+  /** If it is to be held, by a controller's trigger: is called when that ends, or its hand is gone. */
+  readonly release?: () => void;
   readonly on?: boolean;
   readonly bad?: boolean;
 }

@@ -8,11 +8,14 @@ import { canConfirm } from "../hint/hint_reducer";
 import type { HintTool } from "../hint/hint_tool";
 import type { Gear } from "../operating_data";
 import type { RobotState } from "../robot/robot_state";
+import type { DriveThere } from "../steps/drive_there";
 import type { StepControl } from "../steps/step_control";
 import { ANGLE, DIRECTIONS, DISTANCE, stepGoal } from "../steps/step_size";
+import { stepWords } from "../steps/step_words";
 import { cameraTexts } from "../texts/camera";
 import { drivingTexts } from "../texts/driving";
 import { hintTexts } from "../texts/hint";
+import { stepTexts } from "../texts/steps";
 import { xrTexts as texts } from "../texts/xr";
 import type { Key, Row } from "./board";
 import { CHOICES, nextChoice, type ComfortSettings } from "./comfort";
@@ -28,6 +31,7 @@ export interface ControlParts {
   readonly state: RobotState;
   readonly driving: Driving;
   readonly steps: StepControl;
+  readonly there: DriveThere;
   readonly hint: HintTool;
   readonly camera: CameraFeed;
   readonly photo: PhotoControl;
@@ -36,6 +40,8 @@ export interface ControlParts {
   readonly stand: Signal<Stand>;
   /** The hand that drives. */
   readonly hand: Signal<"left" | "right">;
+  /** Whether it holds a controller. */
+  readonly controller: ReadonlySignal<boolean>;
   /** Name of its controller, if that cannot drive. */
   readonly unusable: ReadonlySignal<string | undefined>;
   readonly turn: (sense: 1 | -1) => void;
@@ -59,6 +65,7 @@ export function controlRows(parts: ControlParts): Row[] {
     },
     { keys: (["precision", "normal", "turbo"] as const).map((gear) => gearKey(parts.driving, gear)) },
     ...stepRows(parts),
+    ...thereRows(parts),
     { keys: cameraKeys(parts) },
     ...hintRows(parts.hint, parts.state),
     { keys: comfortKeys(parts.comfort) },
@@ -97,6 +104,25 @@ function stepRows({ state, driving, steps, sizes }: ControlParts): Row[] {
           }
         },
       })),
+    },
+  ];
+}
+
+function thereRows({ state, driving, steps, there, hint, controller }: ControlParts): Row[] {
+  const may = state.dialect.value === "farsteer" && state.session.value?.mayDrive !== false;
+  if (!may || !controller.value || hint.view.value.phase === "placing") {
+    return [];
+  }
+  const choosing = there.choosing.value;
+  const why = choosing ? there.refusal(driving.status.value) : undefined;
+  return [
+    ...(choosing ? [{ words: why ?? stepWords(steps.present.value, steps.last.value) }] : []),
+    {
+      keys: [
+        { label: stepTexts.there, on: choosing, press: () => { there.choosing.value = !choosing; } },
+        ...(choosing && why === undefined
+          ? [{ label: stepTexts.thereHold, press: () => { there.hold(); }, release: () => { there.letGo(); } }] : []),
+      ],
     },
   ];
 }

@@ -18,6 +18,7 @@ import { Buttons } from "./buttons";
 import { CameraBoard } from "./camera_board";
 import { comfortSettings, Vignette } from "./comfort";
 import { controlRows, type ControlParts, type StepSizes } from "./controls";
+import { FloorChoice } from "./floor_choice";
 import type { HeadsetSource } from "./headset_source";
 import { Inputs, type Side } from "./inputs";
 import { Place, STANDS, type Stand } from "./place";
@@ -27,7 +28,7 @@ import { captionRows, wristRows } from "./wrist";
 
 /** How often what is told on the wrist is renewed [ms]. */
 const TOLD = 200;
-export interface RoomParts extends Omit<ControlParts, "comfort" | "sizes" | "stand" | "hand" | "turn" | "unusable"> {
+export interface RoomParts extends Omit<ControlParts, "comfort" | "sizes" | "stand" | "hand" | "turn" | "controller" | "unusable"> {
   readonly immersion: Immersion;
   readonly statistics: LinkStatisticsSignal;
   readonly alarms: Pick<Alarms, "active">;
@@ -55,6 +56,7 @@ export class OperatorRoom {
   readonly #sizes = signal<StepSizes>({
     distance: DISTANCE.presets.indexOf(DISTANCE.initial), angle: ANGLE.presets.indexOf(ANGLE.initial),
   });
+  readonly #controller = signal(false);
   readonly #unusable = signal<string | undefined>(undefined);
   readonly #place: Place;
   readonly #rays: readonly [Ray, Ray];
@@ -68,13 +70,14 @@ export class OperatorRoom {
   #begins = true;
   #recentre = false;
   #facing = true;
-  #hinting: Ray | undefined;
+  readonly #choice: FloorChoice;
   /** From one frame to the next, and from a head's pose to its picture [ms]. */
   readonly #clock = { interval: 0, display: NaN };
   readonly #standing = { scale: 1, ground: true };
 
   constructor(private readonly parts: RoomParts) {
     const { immersion } = parts;
+    this.#choice = new FloorChoice(parts.hint, parts.there);
     this.#place = new Place(immersion.room, immersion.robot);
     this.#rays = [new Ray(this.inputs.left), new Ray(this.inputs.right)];
     immersion.room.add(
@@ -109,7 +112,7 @@ export class OperatorRoom {
       effect(() => {
         const colours = COLOURS[this.parts.theme.value];
         this.controls.show(controlRows({
-          ...this.parts, comfort: this.#comfort, sizes: this.#sizes, stand: this.stand, hand: this.#hand, unusable: this.#unusable,
+          ...this.parts, comfort: this.#comfort, sizes: this.#sizes, stand: this.stand, hand: this.#hand, controller: this.#controller, unusable: this.#unusable,
           turn: (sense) => { this.#snap(sense); },
         }), colours);
       }),
@@ -125,7 +128,14 @@ export class OperatorRoom {
       undo();
     }
     this.#landing.removeFromParent();
+    this.lose();
+  }
+
+  /** The person may be gone: let go of everything that is held. */
+  lose(): void {
     this.inputs.clear();
+    this.selectEnd();
+    this.parts.there.letGo();
   }
 
   /** The room's origin has moved: stand where one stood, in a frame in which the head's place is known again. */
@@ -149,6 +159,7 @@ export class OperatorRoom {
     const { driving, other } = this;
     source.cap = this.#cap();
     source.frame(driving);
+    this.#controller.value = driving.layout !== undefined;
     this.#unusable.value = driving.unusable;
     this.arm.frame(other, arm);
     const comfort = this.#comfort.value;
@@ -172,20 +183,12 @@ export class OperatorRoom {
     if (ray.press() || !ray.onFloor) {
       return;
     }
-    if (this.parts.hint.placing) {
-      this.#hinting = ray;
-      this.parts.hint.nudge({ type: "press", point: { x: ray.floor.x, y: ray.floor.y } });
-    }
+    this.#choice.begin(ray);
   }
 
   selectEnd(): void {
-    for (const ray of this.#rays) {
-      ray.release();
-    }
-    if (this.#hinting !== undefined) {
-      this.#hinting = undefined;
-      this.parts.hint.nudge({ type: "release" });
-    }
+    this.#rays.forEach((ray) => { ray.release(); });
+    this.#choice.end();
   }
 
   /** Whether a hand points at a board, rather than into the room. */
@@ -271,9 +274,7 @@ export class OperatorRoom {
     this.#landing.visible = this.#buttons.aiming && aims.onFloor;
     this.#landing.position.copy(aims.floor);
     this.camera.update();
-    if (this.#hinting?.onFloor === true) {
-      this.parts.hint.nudge({ type: "drag", point: { x: this.#hinting.floor.x, y: this.#hinting.floor.y } });
-    }
+    this.#choice.follow();
     this.wrist.object.visible = other.present;
     if (other.present) {
       this.wrist.object.position.copy(other.position).y += 0.12;

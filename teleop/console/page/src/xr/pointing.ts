@@ -29,6 +29,7 @@ export class Ray {
   readonly #from = new Vector3();
   #length = LONG;
   #held: { board: Board; distance: number } | undefined;
+  #pressed: Key | undefined;
 
   constructor(readonly side: Side) {
     const geometry = new BufferGeometry().setAttribute("position", new Float32BufferAttribute([0, 0, 0, 0, 0, -1], 3));
@@ -54,7 +55,7 @@ export class Ray {
     this.onFloor = false;
     if (!present) {
       this.target = NOTHING;
-      this.#held = undefined;
+      this.release();
       return;
     }
     this.#direction.set(0, 0, -1).applyQuaternion(ray.turn);
@@ -82,12 +83,18 @@ export class Ray {
     if (board !== undefined && key === undefined) {
       this.#held = { board, distance: this.#point.distanceTo(this.side.ray.position) };
     }
-    key?.press();
+    // A pinch is no deadman.
+    if (key?.release === undefined || this.side.layout !== undefined) {
+      this.#pressed = key;
+      key?.press();
+    }
     return board !== undefined;
   }
 
+  /** Let go of what is held; a hand that is gone does so as well. */
   release(): void {
-    this.#held = undefined;
+    this.#pressed?.release?.();
+    this.#held = this.#pressed = undefined;
   }
 
   /** Carry a board that is held along. */

@@ -137,7 +137,7 @@ export class Headset {
   #lose(loss: Loss): void {
     this.#gone = true;
     this.#source.clear();
-    this.room.inputs.clear();
+    this.room.lose();
     this.room.arm.lose(this.parts.arm.peek()?.arm);
     this.#joined?.lose(loss);
   }

@@ -77,3 +77,36 @@ it("takes presses only while a place is chosen, and keeps the view still until t
   expect(there.target.value).toBeUndefined();
   expect(views).toEqual([false, true, false, true, false]);
 });
+
+it("takes a place from elsewhere, as from a headset's ray, while one is chosen and nothing is driven, and says what is missing", () => {
+  const ready = { will: true, words: "" };
+  there.aim({ x: 12, y: 10 });
+  expect(there.target.value).toBeUndefined();
+  there.choosing.value = true;
+  expect(there.refusal(ready)).toMatch(/Press where/);
+  there.aim({ x: 12, y: 10 });
+  there.aim({ x: 13, y: 11 });
+  expect(there.target.value).toEqual({ x: 13, y: 11 });
+  expect(there.refusal(ready)).toBeUndefined();
+  expect(there.refusal({ will: false, words: "Ann drives." })).toBe("Ann drives.");
+  there.hold();
+  there.aim({ x: 20, y: 20 });
+  expect(there.target.value).toEqual({ x: 13, y: 11 });
+});
+
+it("waits until the step before has ended, for one that is asked for while it brakes ends with it", () => {
+  there.choosing.value = true;
+  pressAt(13, 10);
+  there.hold();
+  page.wait(300);
+  there.letGo();
+  there.hold();
+  page.wait(300);
+  expect(robot.sent.length).toBe(1);
+  robot.sent[0]?.listener.ended({ outcome: "released", message: "", distance: 0.5, angle: 0, duration: 2 });
+  expect(robot.sent.length).toBe(2);
+  there.letGo();
+  robot.sent[1]?.listener.ended({ outcome: "released", message: "", distance: 0, angle: 0, duration: 0 });
+  page.wait(300);
+  expect(robot.sent.length).toBe(2);
+});

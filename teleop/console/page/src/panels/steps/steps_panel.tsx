@@ -5,10 +5,11 @@ import { useMemo } from "preact/hooks";
 import type { Driving } from "../../driving/driving";
 import type { RobotState } from "../../robot/robot_state";
 import { browserKeeper, remembered, type Keeper } from "../../scene/stored_signals";
-import type { EndedStep, PendingStep, StepControl } from "../../steps/step_control";
+import type { EndedStep, StepControl } from "../../steps/step_control";
 import {
   ANGLE, DISTANCE, PACES, readSize, shareDriven, stepGoal, type Pace, type Size, type StepDirection,
 } from "../../steps/step_size";
+import { stepWords } from "../../steps/step_words";
 import { stepTexts as texts } from "../../texts/steps";
 import { press } from "../driving/press";
 import { Panel } from "../panel";
@@ -56,7 +57,7 @@ export function StepsPanel({ steps, driving, state, keeper = browserKeeper() }: 
       </label>
       <div class="steps-status">
         <p role="status" data-grade={wrong !== "" || entered.unsent.value ? "red" : gradeOf(steps.last.value)}>
-          {wrong !== "" ? wrong : entered.unsent.value ? texts.notSent : wordsOf(steps.present.value, steps.last.value)}
+          {wrong !== "" ? wrong : entered.unsent.value ? texts.notSent : stepWords(steps.present.value, steps.last.value)}
         </p>
         <Progress steps={steps} />
       </div>
@@ -166,27 +167,6 @@ function Progress({ steps }: { readonly steps: StepControl }) {
       <p class="steps-queue panel-quiet">{texts.queue(waiting)}</p>
     </>
   );
-}
-
-/** Return what the panel says of the present step, else of the last one. */
-export function wordsOf(present: PendingStep | undefined, last: EndedStep | undefined): string {
-  if (present !== undefined) {
-    const { goal, progress } = present;
-    if (progress === undefined) {
-      return texts.asked(goal);
-    }
-    return progress.moving ? texts.moving(goal, progress) : texts.waiting(goal, progress.ahead);
-  }
-  if (last === undefined) {
-    return texts.idle;
-  }
-  const { goal, end } = last;
-  if (end.outcome === "done") {
-    return texts.done(goal, end);
-  }
-  const known: Readonly<Record<string, string>> = texts.why;
-  const why = texts.because(known[end.outcome] ?? end.outcome, end.message);
-  return end.distance === 0 && end.angle === 0 ? texts.notBegun(goal, why) : texts.ended(goal, end, why);
 }
 
 function gradeOf(last: EndedStep | undefined): "unknown" | "green" | "amber" | "red" {

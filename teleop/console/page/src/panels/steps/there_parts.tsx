@@ -1,7 +1,6 @@
 /** "Drive there": a switch that lets presses on the picture choose a place, and a button that is held to drive to it. */
 
 import type { Driving } from "../../driving/driving";
-import type { RobotState } from "../../robot/robot_state";
 import type { DriveThere } from "../../steps/drive_there";
 import { stepTexts as texts } from "../../texts/steps";
 import { HoldButton } from "../hold_button";
@@ -18,16 +17,14 @@ export function ThereSwitch({ there }: { readonly there: DriveThere }) {
 interface HoldProps {
   readonly there: DriveThere;
   readonly driving: Driving;
-  readonly state: RobotState;
 }
 
 /** Over the picture, while a place is chosen. */
-export function ThereHold({ there, driving, state }: HoldProps) {
+export function ThereHold({ there, driving }: HoldProps) {
   if (!there.choosing.value) {
     return null;
   }
-  const { will, words } = driving.status.value;
-  const why = !will ? words : state.mapFromBase.value === undefined ? texts.thereNoPose : there.target.value === undefined ? texts.thereHelp : undefined;
+  const why = there.refusal(driving.status.value);
   return (
     <div class="panel steps-hold">
       <HoldButton disabled={why !== undefined} begin={() => { there.hold(); }} end={() => { there.letGo(); }}>{texts.thereHold}</HoldButton>
