@@ -6,7 +6,6 @@ import type { RobotState } from "../robot/robot_state";
 import { sceneTexts } from "../texts/scene";
 import type { PlanarPose, Pose } from "../values";
 import { CameraControl } from "./camera_control";
-import { Detail } from "./detail";
 import type { Bounds } from "./geometry";
 import type { GhostQuality } from "./ghost";
 import { isDoubtful, WAITING_RADIUS, waitingPose, worldBounds, worldFromBase } from "./located";
@@ -27,7 +26,7 @@ import { World } from "./world";
 
 /** Radians that a pixel of dragging turns the view. */
 const TURN_PER_PIXEL = 0.006;
-/** Wait before the whole map is drawn again after motion that was too much for the graphics [ms]. */
+/** Wait before all is drawn again after motion that was too much for the graphics [ms]. */
 const REST = 250;
 /** How often fading points are drawn anew while nothing else happens [ms]. */
 const FADING = 200;
@@ -64,7 +63,6 @@ export class Scene {
   /** Whether the robot's place is not known, or doubted by the robot itself. */
   readonly doubtful: ReadonlySignal<boolean>;
   readonly #pose = new SmoothPose();
-  readonly #detail = new Detail();
   readonly #stops: (() => void)[] = [];
   /** Show the layers that are wanted, as far as there is something to be shown. */
   #show: () => void = () => undefined;
@@ -267,10 +265,11 @@ export class Scene {
     const gliding = this.#pose.advance(elapsed);
     const { x, y, z } = this.#pose.position;
     this.#rig.setAnchor(this.#located ? { x, y, z, yaw: this.#pose.heading } : undefined);
-    const { width, height, ratio } = this.#stage.size;
+    const { width, height } = this.#stage.size;
     this.#rig.setAspect(width / height, covered(height));
     const moving = this.#rig.advance(elapsed) || gliding;
-    this.#rest(moving, followsAtOnce, interval);
+    this.#rest(moving, followsAtOnce);
+    const { ratio } = this.#stage.size;
     const orbit = this.#rig.orbit();
     placeCamera(this.#stage.camera, orbit, width / height);
     const tangent = Math.tan(orbit.fieldOfView / 2);
@@ -285,15 +284,14 @@ export class Scene {
     return moving;
   }
 
-  /** Draw less of the map while the view moves too slowly, all of it at rest, and go on while points fade. */
-  #rest(moving: boolean, followsAtOnce: boolean, interval: number): void {
-    if (followsAtOnce) {
-      this.#detail.frame(interval);
-    }
+  /** Draw fewer points and pixels while the view moves too slowly, all at rest, and go on while points fade. */
+  #rest(moving: boolean, followsAtOnce: boolean): void {
+    const { detail } = this.#stage;
     const resting = !moving && !followsAtOnce;
-    this.#world.map.setShare(resting ? 1 : this.#detail.share);
+    this.#world.map.setShare(resting ? 1 : detail.share);
+    this.#stage.setSharpness(resting ? 1 : detail.sharpness);
     const fading = this.#world.live.isFading(performance.now(), this.#settings.decay.peek());
-    const wait = !resting && this.#detail.share < 1 ? REST : fading ? FADING : undefined;
+    const wait = !resting && detail.share < 1 ? REST : fading ? FADING : undefined;
     clearTimeout(this.#timer);
     this.#timer = wait === undefined ? undefined : setTimeout(() => { this.#stage.invalidate(); }, wait);
   }

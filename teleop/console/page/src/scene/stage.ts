@@ -3,6 +3,7 @@
 import { signal, type ReadonlySignal } from "@preact/signals";
 import { PerspectiveCamera, Scene as ThreeScene, WebGLRenderer } from "three";
 import { sceneTexts } from "../texts/scene";
+import { Detail } from "./detail";
 import { FrameTimes } from "./frame_times";
 
 /** More pixels than this for each one of the page cost time and show nothing. */
@@ -25,6 +26,7 @@ export class Stage {
   readonly scene = new ThreeScene();
   readonly camera = new PerspectiveCamera();
   readonly frameTimes = new FrameTimes();
+  readonly detail = new Detail();
   readonly #trouble = signal("");
   readonly #canvas: HTMLCanvasElement;
   #update: Update;
@@ -36,6 +38,7 @@ export class Stage {
   #last = 0;
   #moving = false;
   #immersed = false;
+  #sharpness = 1;
   #size = { width: 300, height: 150, ratio: 1 };
 
   constructor(canvas: HTMLCanvasElement, update: Update) {
@@ -60,7 +63,7 @@ export class Stage {
     return this.#trouble;
   }
 
-  /** Size of the picture in pixels of the page, and pixels of the screen for each of these. */
+  /** Size of the picture in pixels of the page, and pixels that are drawn for each of these. */
   get size(): { readonly width: number; readonly height: number; readonly ratio: number } {
     return this.#size;
   }
@@ -74,19 +77,30 @@ export class Stage {
 
   /** Take the canvas's size; a picture of the new size is drawn at once, for a resized canvas is empty. */
   resize(): void {
-    const { clientWidth, clientHeight } = this.#canvas;
-    const ratio = Math.min(window.devicePixelRatio || 1, MOST_RATIO);
-    const size = { width: Math.max(clientWidth, 1), height: Math.max(clientHeight, 1), ratio };
-    const { width, height } = this.#size;
-    if (this.#immersed) {
-      return; // the canvas is the headset's
-    }
-    if (size.width !== width || size.height !== height || ratio !== this.#size.ratio) {
-      this.#size = size;
-      this.#renderer?.setPixelRatio(ratio);
-      this.#renderer?.setSize(size.width, size.height, false);
+    if (this.#fit()) {
       this.invalidate();
     }
+  }
+
+  /** Draw this share of the screen's pixels along each side, from this frame on. */
+  setSharpness(sharpness: number): void {
+    this.#sharpness = sharpness;
+    this.#fit();
+  }
+
+  /** Give the picture the canvas's size; true if that is another one. */
+  #fit(): boolean {
+    const { clientWidth, clientHeight } = this.#canvas;
+    const ratio = Math.min(window.devicePixelRatio || 1, MOST_RATIO) * this.#sharpness;
+    const size = { width: Math.max(clientWidth, 1), height: Math.max(clientHeight, 1), ratio };
+    const { width, height } = this.#size;
+    // An immersed canvas is the headset's.
+    if (this.#immersed || (size.width === width && size.height === height && ratio === this.#size.ratio)) {
+      return false;
+    }
+    this.#size = size;
+    this.#renderer?.setDrawingBufferSize(size.width, size.height, ratio);
+    return true;
   }
 
   /**
@@ -189,7 +203,11 @@ export class Stage {
   #frame(now: number): void {
     this.#request = undefined;
     const before = performance.now();
-    this.#moving = this.#update(Math.max(now - this.#last, 0), this.#moving);
+    const interval = Math.max(now - this.#last, 0);
+    if (this.#moving) {
+      this.detail.frame(interval);
+    }
+    this.#moving = this.#update(interval, this.#moving);
     this.#last = now;
     if (this.#renderer !== undefined && !this.#renderer.getContext().isContextLost()) {
       this.#render(this.#renderer);

@@ -121,8 +121,9 @@ describe("the share of the map that is drawn in motion", () => {
     for (let frame = 0; frame < 30; frame += 1) { detail.frame(120); }
     const low = detail.share;
     expect(low).toBeLessThan(0.3);
+    expect(detail.sharpness).toBe(0.5);
     for (let frame = 0; frame < 600; frame += 1) { detail.frame(16); }
-    expect(detail.share).toBe(1);
+    expect([detail.share, detail.sharpness]).toEqual([1, 1]);
   });
 
   test("does not fall for a single hiccup", () => {
