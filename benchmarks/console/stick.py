@@ -22,8 +22,8 @@ from benchmarks.console.robot import Served, serving
 PRESSES = 100
 CLIENTS = 8
 """All clients of the robot, the page among them; one of the others reads nothing."""
-GOAL = 0.040
-"""Longest time from the pointer to the wheels' command at p95 [s]."""
+GOAL = 0.060
+"""Longest time from the pointer to the wheels' command at p95, with the building drawn by the processor [s]."""
 PRESSED, MOST_VAIN = 2.0, 10
 """Time after which a press has come to nothing [s], and how many of them may."""
 SIMILAR = 0.020

@@ -5,7 +5,7 @@ import type { Wanted } from "./gears";
 
 /** Period of the commands [ms]: a tenth of the robot's watchdog. */
 export const PERIOD = 50;
-/** Shortest time between two commands [ms]: the robot's tick, of whose commands only the newest counts. */
+/** Shortest time between two commands that differ [ms]: the robot's tick, of whose commands only the newest counts. */
 export const SPACING = 20;
 /** Zeros at the end, the first one included. */
 const ZEROS = 3;
@@ -17,6 +17,8 @@ type Phase = "silent" | "starting" | "moving" | "ending";
 export class CommandStream {
   private phase: Phase = "silent";
   private sentAt = 0;
+  /** When a command differed from the one before: repeated ones hold up no other. */
+  private changedAt = 0;
   private zerosLeft = 0;
   private last: Wanted | undefined;
   private channel: DriveChannel | undefined;
@@ -47,10 +49,11 @@ export class CommandStream {
       this.channel = channel;
       return this.begin(now);
     }
-    const wait = this.phase === "moving" && changed(this.last, wanted) ? SPACING : PERIOD - EARLY;
-    if (now - this.sentAt < wait) {
+    const news = this.phase === "moving" && changed(this.last, wanted);
+    if (news ? now - this.changedAt < SPACING : now - this.sentAt < PERIOD - EARLY) {
       return true;
     }
+    this.changedAt = news ? now : this.changedAt;
     this.phase = "moving";
     this.sentAt = now;
     this.last = wanted;

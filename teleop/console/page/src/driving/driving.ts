@@ -68,11 +68,10 @@ export class Driving {
   ) {
     const { window, document } = environment;
     this.gear = environment.gear ?? signal<Gear>("normal");
-    const now = () => environment.now();
+    const [now, check] = [() => environment.now(), () => { this.check(); }];
     this.estop = new EmergencyStop(commands, state, now);
     this.turns = new TurnTaking(commands, state);
     this.sleep = new SleepWatch(now, () => environment.wallNow?.() ?? Date.now());
-    const check = () => { this.check(); };
     this.keyboard = new KeyboardSource(window, document, now, {
       changed: check,
       lost: () => { this.lose("menu"); },
@@ -101,6 +100,9 @@ export class Driving {
   now(): number {
     return this.environment.now();
   }
+
+  /** Whether the deadman is held as far as the robot knows. */
+  get held(): boolean { return this.loop.driving; }
 
   /** Drive a robot that nothing guards, as the person has confirmed. */
   confirmPlain(channel: "velocity" | "joy" = "velocity"): void {

@@ -103,6 +103,7 @@ export function startParts(address: string, version: string, canvas: HTMLCanvasE
   const driving = new Driving(commands, state, {
     window, document, navigator, now: () => performance.now(), gear: rememberedGear(), thumbs: thumbsOnly(),
   });
+  scene.givesWay = () => driving.held;
   const hint = new HintTool(canvas, scene, commands, state);
   const guide = new FirstDrive(state, new Carrier(link.wire, state), remembered(
     "farsteer.guide-closed", false, (kept) => (typeof kept === "boolean" ? kept : undefined), browserKeeper(),

@@ -36,6 +36,8 @@ export class Scene {
   readonly stale: Signal<boolean> = signal(false);
   /** The same of what the scanners see. */
   readonly late: Signal<boolean> = signal(false);
+  /** Set by whoever drives: whether the picture gives way to a hand that commands. */
+  givesWay: () => boolean = () => false;
   /** Whether the view goes with the robot; false once a person has moved it aside, until `recentre`. */
   readonly following: ReadonlySignal<boolean>;
   /** One sentence on what is wrong with the picture, with the way out; empty while all is well. */
@@ -284,10 +286,10 @@ export class Scene {
     return moving;
   }
 
-  /** Draw fewer points and pixels while the view moves too slowly, all at rest, and go on while points fade. */
+  /** Draw fewer points and pixels while frames are too slow for what moves or is commanded, all at rest, and go on while points fade. */
   #rest(moving: boolean, followsAtOnce: boolean): void {
     const { detail } = this.#stage;
-    const resting = !moving && !followsAtOnce;
+    const resting = !moving && !followsAtOnce && !this.givesWay();
     this.#world.map.setShare(resting ? 1 : detail.share);
     this.#stage.setSharpness(resting ? 1 : detail.sharpness);
     const fading = this.#world.live.isFading(performance.now(), this.#settings.decay.peek());

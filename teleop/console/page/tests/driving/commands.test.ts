@@ -38,13 +38,27 @@ describe("the stream of commands", () => {
     expect(end.every(({ deadman, forward, turn }) => !deadman && forward === 0 && turn === 0)).toBe(true);
   });
 
-  it("sends a change within 36 ms, without waiting for the period", () => {
+  it.each([0, 10, 20, 30, 40])("sends a change at once, %s ms after whatever command that repeats the last", (later) => {
+    page.key("keydown", "ArrowUp");
+    page.wait(300 + later);
+    const count = page.joys.length;
+    page.key("keydown", "ArrowLeft");
+    expect(page.joys.slice(count).map(({ turn }) => turn)).toEqual([1]);
+  });
+
+  it("sends changes no oftener than the robot's tick takes one, and the last of them", () => {
     page.key("keydown", "ArrowUp");
     page.wait(300);
     const count = page.joys.length;
-    page.key("keydown", "ArrowLeft");
+    for (let change = 0; change < 101; change += 1) {
+      page.key(change % 2 ? "keyup" : "keydown", "ArrowLeft");
+      page.wait(4);
+    }
     page.wait(36);
-    expect(page.joys.slice(count).some(({ turn }) => turn === 1)).toBe(true);
+    const sent = page.joys.slice(count);
+    expect(sent.length).toBeGreaterThan(10);
+    expect(sent.length).toBeLessThan(440 / 20 + 440 / 50 + 2);
+    expect(sent.at(-1)?.turn).toBe(1);
   });
 
   it("sends its neutral command again if the robot did not arm by it, for a fresh press only", () => {
