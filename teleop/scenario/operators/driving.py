@@ -7,6 +7,7 @@ from typing import Final
 
 from localization.types import SECOND, Pose, Twist
 from teleop.scenario.operators.goal_progress import GoalProgress
+from teleop.scenario.operators.guard_view import GuardView
 from teleop.scenario.operators.hands import Hands
 from teleop.scenario.operators.newest_scan import NewestScan
 from teleop.scenario.operators.operator import Briefing, Operator
@@ -28,7 +29,7 @@ class DrivingOperator(Operator):
 
     It arms the robot with a neutral stick whenever the robot is not armed, so it goes on after an e-stop. While
     the robot is not localised it stands, and then moves slowly where there is room: a robot that stands still is
-    never placed by a search.
+    never placed by a search. Where the guard stops it for a while it goes where the guard says that there is room.
     """
 
     def __init__(self, hands: Hands, *, rate: float = 10.0) -> None:
@@ -40,9 +41,9 @@ class DrivingOperator(Operator):
         self._lost_since: int | None = None
 
     def begin(self, wire: Wire, briefing: Briefing) -> None:
-        """Subscribe to the robot's state and to its scanner."""
+        """Subscribe to the robot's state, to its scanner and to its guard."""
         self.briefing, self.progress = briefing, GoalProgress(briefing)
-        self.view, self.scan = RobotView(wire), NewestScan(wire)
+        self.view, self.scan, self.guard = RobotView(wire), NewestScan(wire), GuardView(wire)
 
     def act(self, wire: Wire, now: int) -> None:
         """Send a command if one is due."""
@@ -70,10 +71,8 @@ class DrivingOperator(Operator):
             self.done = True
         elif not self.progress.arrived(pose.position[:2], now) and not self.progress.done:
             twist = self.steer(pose, now)
-            return Twist.planar(
-                min(float(twist.linear[0]), self.scan.safe_speed()),
-                float(twist.angular[2]),
-            )
+            speed = min(float(twist.linear[0]), self.scan.safe_speed())
+            return self.guard.around(Twist.planar(speed, float(twist.angular[2])), now)
         return _STANDSTILL
 
     @abstractmethod

@@ -73,6 +73,31 @@ def test_robot_that_is_not_localised_turns_away_from_a_wall_to_the_wider_side() 
     assert robot.heading > 0.5
 
 
+@pytest.mark.parametrize(
+    ("free", "way"),
+    [
+        (("forward", "backward"), (0.15, 0.0)),
+        (("backward", "left"), (-0.15, 0.0)),
+        (("left", "right"), (0.0, 0.4)),
+        (("right",), (0.0, -0.4)),
+        ((), (0.0, 0.0)),
+    ],
+)
+def test_follower_that_the_guard_stops_waits_and_then_goes_slowly_where_there_is_room(
+    free: tuple[str, ...], way: tuple[float, float]
+) -> None:
+    robot = Unicycle()
+    robot.seat(Follower(), Briefing((GOAL,), 0))
+    robot.run(1.0)
+    robot.guard = {"state": "stopped", **dict.fromkeys(free, True)}
+    robot.run(2.5)
+    assert all(forward > 0.15 for forward, _, _ in robot.sent_after(1.0)[:9])
+    assert robot.sent_after(2.4)[-1][:2] == pytest.approx(way, abs=0.01)
+    robot.guard = {"state": "free"}
+    robot.run(2.0)
+    assert robot.sent_after(5.0)[-1][0] > 0.15
+
+
 def test_follower_stops_before_what_stands_in_its_way_and_goes_on_when_it_is_gone() -> None:
     robot = Unicycle()
     robot.seat(Follower(), Briefing((GOAL,), 0))

@@ -28,6 +28,8 @@ class Unicycle:
         self.control, self.health, self.driver = "idle", "tracking", ""
         self.publishing = True
         self.ranges = [20.0] * 61
+        self.guard: dict[str, Any] = {"state": "free"}
+        """What the guard says; it changes no command here."""
         self.commands: list[tuple[int, float, float, bool]] = []
         """Time [ns], forward speed, turn rate and deadman of each command."""
         self.stamps: list[int] = []
@@ -43,6 +45,7 @@ class Unicycle:
             ("/localization/status", "farsteer_msgs/msg/LocalizationStatus"),
             ("/teleop/state", "farsteer_msgs/msg/TeleopState"),
             ("/scan", "sensor_msgs/msg/LaserScan"),
+            ("/teleop/guard", "farsteer_msgs/msg/Guard"),
         ):
             topics.advertise(name, kind)
         topics.subscribe("/joy", "sensor_msgs/msg/Joy", self._joy)
@@ -131,6 +134,7 @@ class Unicycle:
         state = {"state": self.control, "controller": self.driver}
         publish("/teleop/state", {"header": header, **state}, self.now)
         publish("/scan", scan(self.ranges), self.now)
+        publish("/teleop/guard", self.guard, self.now)
 
     def run(self, seconds: float) -> None:
         """Tick for a time [s]."""
