@@ -241,10 +241,21 @@ async def aim_at_floor(page: Page, x: float, y: float, z: float) -> None:
     await asyncio.sleep(FRAME)
 
 
+async def aim_at_key(page: Page, hand: str, label: str) -> None:
+    """Point at a key of a board as soon as it is there: boards are drawn from the first frame inside on."""
+    find = "label => farsteerFigures().headset?.keyAt(label) ?? null"
+    try:
+        async with asyncio.timeout(PATIENCE):
+            while (place := await page.evaluate(find, label)) is None:  # noqa: ASYNC110 - no event
+                await asyncio.sleep(0.05)
+    except TimeoutError:
+        pytest.fail(f"no board has the key {label!r}: {(await figures(page) or {}).get('words')}")
+    await aim(page, hand, place)
+
+
 async def pinch_key(page: Page, label: str) -> None:
     """Point at a key of a board with an empty hand, and pinch."""
-    place = await page.evaluate("label => farsteerFigures().headset.keyAt(label) ?? null", label)
-    await aim(page, "right", place)
+    await aim_at_key(page, "right", label)
     for value in (1, 0):
         await worn(page, "pinch", "right", value)
         await asyncio.sleep(FRAME)
@@ -252,8 +263,5 @@ async def pinch_key(page: Page, label: str) -> None:
 
 async def press_key(page: Page, label: str, hand: str = "right", button: str = "trigger") -> None:
     """Point at a key of a board, and pull the trigger."""
-    place = await page.evaluate("label => farsteerFigures().headset.keyAt(label) ?? null", label)
-    if place is None:
-        pytest.fail(f"no board has the key {label!r}: {(await figures(page) or {}).get('words')}")
-    await aim(page, hand, place)
+    await aim_at_key(page, hand, label)
     await tap(page, hand, button)

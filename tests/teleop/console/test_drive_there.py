@@ -15,8 +15,8 @@ from tests.teleop.console.conftest import PATIENCE, Pages
 from tests.teleop.console.hands import hold_until, press, says, seen
 from tests.teleop.console.headset_hands import (
     FRAME,
-    aim,
     aim_at_floor,
+    aim_at_key,
     enter,
     headset,
     inside,
@@ -122,8 +122,7 @@ async def test_in_a_headset_a_ray_chooses_the_place_and_its_key_is_the_deadman(
         await inside(page, lambda it: "Hold to drive there" in it["words"])
 
         async def hold(held: bool) -> None:
-            key = await page.evaluate("farsteerFigures().headset.keyAt('Hold to drive there')")
-            await aim(page, "right", key)
+            await aim_at_key(page, "right", "Hold to drive there")
             await worn(page, "button", "right", "trigger", int(held))
 
         await hold_until(page, hold, lambda: _from(robot, begin) > 0.3, "0.3 m driven")
