@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -32,20 +33,23 @@ pytestmark = [pytest.mark.process, pytest.mark.slow]
 STATUS = ".steps-status"
 
 
-async def hold(page: Page) -> None:
-    """Put the pointer on the button and keep it pressed."""
-    box = await page.get_by_role("button", name="Hold to drive there").bounding_box()
-    assert box is not None
-    await page.mouse.move(box["x"] + box["width"] / 2, box["y"] + box["height"] / 2)
-    await page.mouse.down()
-
-
-async def driven(robot: PacedRobot, begin: np.ndarray, least: float) -> float:
-    """Wait until the robot is so far from a place [m]; return how far."""
+async def hold_there(page: Page, true: Callable[[str], bool]) -> None:
+    """Keep the button pressed until the robot or the status is as wanted; press again where the page was too busy."""
+    button = page.get_by_role("button", name="Hold to drive there")
     async with asyncio.timeout(PATIENCE):
-        while (way := _from(robot, begin)) < least:  # noqa: ASYNC110 - there is no event of it
-            await asyncio.sleep(0.05)
-    return way
+        while True:
+            box = await button.bounding_box()
+            assert box is not None
+            await page.mouse.move(box["x"] + box["width"] / 2, box["y"] + box["height"] / 2)
+            await page.mouse.down()
+            await asyncio.sleep(0.5)
+            while not true(said := await page.locator(STATUS).inner_text()):
+                if "let go" in said:
+                    break
+                await asyncio.sleep(0.05)
+            else:
+                return
+            await page.mouse.up()
 
 
 def _from(robot: PacedRobot, place: np.ndarray) -> float:
@@ -79,8 +83,7 @@ async def test_robot_drives_to_the_place_while_the_button_is_held_and_stops_when
         async with asyncio.timeout(PATIENCE):
             while await button.is_disabled():  # noqa: ASYNC110 - a page has no event of ours
                 await asyncio.sleep(0.1)
-        await hold(page)
-        await driven(robot, begin, 0.3)
+        await hold_there(page, lambda _: _from(robot, begin) > 0.3)
         await page.mouse.up()
         await says(page, "the deadman was let go", within=STATUS)
         rest = _from(robot, begin)
@@ -88,8 +91,7 @@ async def test_robot_drives_to_the_place_while_the_button_is_held_and_stops_when
         assert robot.speed < 0.01
         assert _from(robot, begin) == pytest.approx(rest, abs=0.05)
 
-        await hold(page)
-        await says(page, "done,", within=STATUS)
+        await hold_there(page, lambda said: "done," in said)
         await page.mouse.up()
         assert _from(robot, begin) > rest + 0.1
         assert robot.speed < 0.02
