@@ -114,6 +114,10 @@ class Odometry:
         dx, dy = points[:, 0] - x, points[:, 1] - y
         return np.stack((c * dx + s * dy, c * dy - s * dx), -1)
 
+    def gaps(self, points: FloatArray) -> FloatArray:
+        """Return the distances (N,) of points (N, 2) in ``base_link`` from the robot's outline [m]; negative inside."""
+        return self._outline.gaps(np.zeros(3), points)
+
     def forget_trail(self) -> None:
         """Forget the path just driven."""
         self._trail = deque([self.pose])

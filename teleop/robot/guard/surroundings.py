@@ -53,6 +53,9 @@ _GONE: Final = 3 * SECOND
 """After this time without motion, what moved and is out of sight has gone elsewhere [ns]: chosen. A wall stays."""
 _STRIP: Final = 0.05
 """Half the width of the plane that the vertical scanner renews [m]: what the robot drives in a tick, and its noise."""
+_INSIDE: Final = 0.036
+"""Depth inside the robot's outline from which on what is remembered, and has not drifted, cannot be there [m]: three sigma of
+a scanner's ranges."""
 _ASIDE: Final = 1.2
 """Distance to the side up to which the vertical scanner's returns count [m]: from there a tilt of 3 degrees lets the floor
 look as high as the chassis' underside."""
@@ -113,6 +116,9 @@ class Surroundings:
             heights: Underside and top of the robot [m]: what is lower is driven over, what is higher passes above.
         """
         self._mounts, self._heights = mounts, heights
+        self._upright = next(
+            (float(m.position[0]) for m in mounts.values() if m.rotation[2, 2] <= 0.9), math.nan
+        )
         self._points = np.zeros((0, 8))
         self._unseen = np.zeros((0, 2))
         self._since = 0
@@ -130,6 +136,7 @@ class Surroundings:
         poses = odometry.at(stamps.astype(float))
         if mount.rotation[2, 2] > 0.9:
             self._take_horizontal(scan, mount, poses, odometry)
+            self._points = self._points[~self._overrun(odometry)]
         elif scan.stamp >= self._since:
             self._take_vertical(scan, mount, poses, odometry)
         x, y, _ = odometry.pose
@@ -165,7 +172,7 @@ class Surroundings:
         if self._past:
             moving = self._come(seen)
         if len(kept) and len(scan.ranges) > 1:
-            kept, visible, through = self._outlived(scan, mount, poses)
+            kept, visible, through = self._outlived(scan, mount, poses, odometry)
             known = visible + len(seen)
             if known > _FEW and moving.sum() + through > _ELSEWHERE * known:
                 # Of what the vertical scanner saw on the way, nothing would ever be seen through.
@@ -188,7 +195,9 @@ class Surroundings:
         self._past.append((_sensor_poses(mount, poses), scan))
         self.blinded = self._meets_blind_ring(scan)
 
-    def _outlived(self, scan: Scan, mount: Pose, poses: FloatArray) -> tuple[FloatArray, int, int]:
+    def _outlived(
+        self, scan: Scan, mount: Pose, poses: FloatArray, odometry: Odometry
+    ) -> tuple[FloatArray, int, int]:
         """Return the points that the scan does not renew, and does not see through.
 
         Returns:
@@ -207,8 +216,26 @@ class Surroundings:
         kept[unanswered, 3] += 1.0
         gone = passed | _lonely(kept[:, :2], unanswered & (kept[:, 3] >= _MISSES))
         kept[:, 4] = 0.0
-        kept[kept[:, 5] > 0.0, 2] = MEMORY
+        # What the vertical scanner alone sees it goes on seeing, and says when it is gone.
+        alone = (kept[:, 2] == VERTICAL) & ~inside & self._in_strip(odometry.into_base(kept[:, :2]))
+        kept[(kept[:, 5] > 0.0) & ~alone, 2] = MEMORY
         return kept[~gone], int(inside.sum()), int(through.sum())
+
+    def _overrun(self, odometry: Odometry) -> NDArray[np.bool_]:
+        """Return which points no scanner sees now, and stand where the robot is: nothing can.
+
+        People who brush past leave such points. Where the robot stands no scan would ever see through them.
+        """
+        here = odometry.into_base(self._points[:, :2])
+        unseen = self._points[:, 2] == MEMORY
+        unseen |= (self._points[:, 2] == VERTICAL) & ~self._in_strip(here)
+        drift = np.minimum(DRIFT * (odometry.driven - self._points[:, 7]), _LOOSEST)
+        overrun: NDArray[np.bool_] = unseen & (odometry.gaps(here) < -_INSIDE - drift)
+        return overrun
+
+    def _in_strip(self, here: FloatArray) -> NDArray[np.bool_]:
+        """Return which points (N, 2) in ``base_link`` lie in the plane that the vertical scanner renews."""
+        return np.abs(here[:, 0] - self._upright) < _STRIP
 
     def _come(self, seen: FloatArray) -> FloatArray:
         """Return which points (N, 2) stand where the oldest scan that is kept saw further."""
@@ -238,7 +265,7 @@ class Surroundings:
         )
         crossed = np.abs(points[hit, 2] - level) < 0.1
         here = odometry.into_base(self._points[:, :2])
-        renewed = np.abs(here[:, 0] - mount.position[0]) < _STRIP
+        renewed = self._in_strip(here)
         renewed &= (self._points[:, 2] == VERTICAL) & (np.abs(here[:, 1]) < _ASIDE)
         fresh = np.zeros((len(seen), 8))
         fresh[:, :2], fresh[:, 2], fresh[:, 5] = seen, VERTICAL, crossed
