@@ -8,10 +8,11 @@ goes on where it ended. ``operators`` has the library's own drive over links of 
 from __future__ import annotations
 
 import json
+import re
 import sys
 import time
-from collections import Counter, deque
-from collections.abc import Iterator, Sequence
+from collections import Counter
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import asdict, dataclass
 from functools import cache
 from itertools import product
@@ -40,8 +41,12 @@ LENGTH = 120.0
 """Length of a drive [s]."""
 _PLANE = (0.37, 0.43)
 """Heights that the horizontal scanner's plane crosses on level ground [m], with room for a tilt of 1 degree at 1.5 m."""
-_STOOD = 10
-"""Ticks for which a robot that stands has been at rest."""
+_STOOD = 0.05
+"""Speed of its fastest point below which a robot stands [m/s]: what its brake takes away in two ticks."""
+_AGAIN = 2 * SECOND
+"""Time without a touch after which the next one by the same person is another one [ns]; a second leg is none."""
+_PUSHED = 0.5
+"""Way that a robot must have driven to be free of where a person pushed it [m]."""
 
 
 @dataclass(frozen=True)
@@ -57,8 +62,10 @@ class Outcome:
     """Times that the robot began to touch a thing that the horizontal plane crosses."""
     unseen: int
     """The same for lower and higher things."""
+    pushed: int
+    """Times that it began to touch either where a person had pushed it."""
     met: int
-    """Times that a person or what people move and the robot touched while the robot moved."""
+    """Times that a person or what people move met the robot while the robot moved; two legs are one person."""
     walked_into: int
     """The same while the robot stood."""
     names: dict[str, int]
@@ -113,6 +120,7 @@ def _figures(done: Sequence[Outcome]) -> Iterator[Figure]:
         yield Figure(case, method, "contacts with what is seen", seen, n=n, most=none)
         for quantity, count in (
             ("contacts with lower and higher things", sum(o.unseen for o in mine)),
+            ("contacts where a person pushed it", sum(o.pushed for o in mine)),
             ("contacts with people, robot moving", sum(o.met for o in mine)),
             ("contacts with people, robot standing", sum(o.walked_into for o in mine)),
         ):
@@ -130,9 +138,7 @@ def drive(scene: str, alive: bool, driver: str, seed: int, guarded: bool) -> Out
     rng = np.random.default_rng([seed, SCENES.index(scene), list(DRIVERS).index(driver)])
     draw, scan, until = DRIVERS[driver], None, 0
     way = stopped = 0.0
-    touching: frozenset[str] = frozenset()
-    names, kinds = Counter[str](), Counter[str]()
-    speeds: deque[float] = deque([0.0], maxlen=_STOOD)
+    contacts, speed = Contacts(world), 0.0
     for tick in range(round(LENGTH * SECOND / TICK_NS)):
         if tick >= until:
             stick = draw(rng, scan)
@@ -141,15 +147,12 @@ def drive(scene: str, alive: bool, driver: str, seed: int, guarded: bool) -> Out
         command = DriveCommand("driver", request, age=stick.age, stream=True)
         record = robot.tick(simulation.stamp, (command,))
         scan = next((r for r in record.sensed if isinstance(r, Scan)), scan)
-        now = frozenset(record.condition.touching)
-        for name in sorted(now - touching):
-            names[name] += 1
-            kinds[_kind(world, name, stood=max(speeds) < 0.02)] += 1
-        touching = now
+        contacts.take(record.condition.touching, simulation.stamp, speed, way)
         twist = record.truth.twist
-        speeds.append(float(np.hypot(*twist.linear[:2])) + 0.3 * abs(float(twist.angular[2])))
+        speed = float(np.hypot(*twist.linear[:2])) + 0.3 * abs(float(twist.angular[2]))
         way += float(np.hypot(*twist.linear[:2])) * TICK_NS / SECOND
         stopped += (record.guard.state is GuardState.STOPPED) * TICK_NS / SECOND
+    kinds = contacts.kinds
     return Outcome(
         scene,
         alive,
@@ -158,25 +161,57 @@ def drive(scene: str, alive: bool, driver: str, seed: int, guarded: bool) -> Out
         guarded,
         kinds["seen"],
         kinds["unseen"],
+        kinds["pushed"],
         kinds["met"],
         kinds["walked into"],
-        dict(names),
+        dict(contacts.names),
         round(way, 2),
         round(stopped, 2),
     )
 
 
+class Contacts:
+    """Owns what a robot has touched in a drive, and of what kind each contact was."""
+
+    def __init__(self, world: World) -> None:
+        """Begin with a robot that touches nothing."""
+        self._model = world.model
+        self._touching: frozenset[str] = frozenset()
+        self._people: dict[str, int] = {}
+        self._pushed_at = -_PUSHED
+        self.names, self.kinds = Counter[str](), Counter[str]()
+
+    def take(self, touching: Iterable[str], now: int, speed: float, way: float) -> None:
+        """Take what is touched in a tick; the speed of the robot's fastest point before it [m/s], and the way driven [m]."""
+        all_now = frozenset(touching)
+        people = {name: who for name in all_now if (who := self._person(name)) is not None}
+        for name in sorted(all_now - self._touching):
+            self.names[name] += 1
+            who = people.get(name)
+            if who is None:
+                pushed = bool(people) or way - self._pushed_at < _PUSHED
+                self.kinds["pushed" if pushed else self._height(name)] += 1
+            elif now - self._people.get(who, -_AGAIN) >= _AGAIN:
+                self.kinds["walked into" if speed < _STOOD else "met"] += 1
+                self._people[who] = now
+        for who in people.values():
+            self._people[who], self._pushed_at = now, way
+        self._touching = all_now
+
+    def _person(self, name: str) -> str | None:
+        """Return the name of a person or of what people move; None for what stands."""
+        root = int(self._model.body_rootid[self._model.geom(name).bodyid[0]])
+        if self._model.body_mocapid[root] < 0:
+            return None
+        return re.sub("_(left_leg|right_leg|torso)$", "", self._model.body(root).name)
+
+    def _height(self, name: str) -> str:
+        geom = self._model.geom(name)
+        middle, half = self._model.geom_aabb[geom.id][:3], self._model.geom_aabb[geom.id][3:]
+        low, high = (float(geom.pos[2] + middle[2] + side * half[2]) for side in (-1.0, 1.0))
+        return "seen" if low <= _PLANE[0] and high >= _PLANE[1] else "unseen"
+
+
 @cache
 def _world(scene: str, alive: bool) -> World:
     return load_world(scene, options=WorldOptions(alive=alive, rearranged=1 if alive else None))
-
-
-def _kind(world: World, name: str, *, stood: bool) -> str:
-    """Return what was touched: what people move, or a static thing that the plane crosses, or not."""
-    model = world.model
-    geom = model.geom(name)
-    if model.body_mocapid[model.body_rootid[model.geom_bodyid[geom.id]]] >= 0:
-        return "walked into" if stood else "met"
-    middle, half = model.geom_aabb[geom.id][:3], model.geom_aabb[geom.id][3:]
-    low, high = (float(geom.pos[2] + middle[2] + side * half[2]) for side in (-1.0, 1.0))
-    return "seen" if low <= _PLANE[0] and high >= _PLANE[1] else "unseen"

@@ -42,8 +42,6 @@ _LITTLE: Final = 0.1
 _APART: Final = 0.02
 """How much nearer than on its way there the robot may come on its way back to what it does not see [m]: chosen:
 who goes back by hand strays by so much."""
-_SOMEBODY: Final = 2
-"""Points that must have come to where nothing was until somebody counts as coming: at 1.5 m a leg has four."""
 
 
 class Guard:
@@ -273,7 +271,7 @@ class Guard:
             return ""
         comes = points.of(points.moving)
         gaps = self.outline.gaps_to_arm(comes.xy)
-        if np.count_nonzero(gaps < self.config.arm_zone) < _SOMEBODY:
+        if not (gaps < self.config.arm_zone).any():
             return ""
         return f"somebody comes near the arm: {max(float(gaps.min()), 0.0):.1f} m"
 

@@ -192,7 +192,8 @@ class Rule:
     ) -> FloatArray:
         """Return the distance (K, S, N) to be kept from each point along each motion.
 
-        Never more than there is now: what is too near already may not come nearer, and anything else may.
+        From what stands never more than there is now: what is too near already may not come nearer, and anything else may.
+        Who comes on meets a robot at rest, wherever it would have gone.
         """
         now = gaps[:, 0, :]
         rim = self._rim(commands)
@@ -206,4 +207,4 @@ class Rule:
             return np.minimum(margin, now - 1e-6)[:, None, :]
         comes = self.config.approach * (motion.times + scan_age)
         needed = margin[:, None, :] + comes[:, :, None] * points.moving
-        return np.minimum(needed, now[:, None, :] - 1e-6)
+        return np.where(points.moving, needed, np.minimum(needed, now[:, None, :] - 1e-6))

@@ -49,6 +49,9 @@ _STILL_MOVES: Final = SECOND
 """For so long after it moved something counts as one that moves [ns]: a foot stands for 0.6 s of a step."""
 _BODY: Final = 0.2
 """Distance within which it is the same [m]: what a walker takes in a scan's time."""
+_SOMEBODY: Final = 3
+"""Points that must have come together, each in a cell of its own, until somebody counts as coming: at 1.5 m a leg has four.
+In drives of two minutes past nothing but still things two come together now and then, three for a tenth of a second."""
 _GONE: Final = 3 * SECOND
 """After this time without motion, what moved and is out of sight has gone elsewhere [ns]: chosen. A wall stays."""
 _STRIP: Final = 0.05
@@ -92,7 +95,7 @@ class Points:
     sources: FloatArray
     """(N,) numbers of what knows them."""
     moving: NDArray[np.bool_]
-    """(N,) whether they have just come to where there was nothing."""
+    """(N,) whether they have just come to where there was nothing, as a person does."""
     loose: FloatArray
     """(N,) by how much they may have drifted since they were seen [m]."""
 
@@ -191,6 +194,8 @@ class Surroundings:
             fresh[:, 6] = np.maximum(fresh[:, 6], same)
             kept = kept[(kept[:, 6] == 0.0) | (kept[:, 6] > now - _GONE)]
         self._points = _thinned(np.concatenate((fresh, kept)))
+        come = np.flatnonzero(self._points[:, 4])
+        self._points[come[_alone(self._points[come, :2])], 4] = 0.0
         self._unseen = continued(points[:, :2], poses[-1], odometry)
         self._past.append((_sensor_poses(mount, poses), scan))
         self.blinded = self._meets_blind_ring(scan)
@@ -292,6 +297,13 @@ def _lonely(xy: FloatArray, which: NDArray[np.bool_]) -> NDArray[np.bool_]:
         apart = np.hypot(*(xy[which, None, :] - xy[None, :, :]).transpose(2, 0, 1))
         lonely[which] = (apart < _TOGETHER).sum(axis=1) < _SURFACE_POINTS
     return lonely
+
+
+def _alone(xy: FloatArray) -> NDArray[np.bool_]:
+    """Return which points (N, 2) have too few of the others around them to be somebody."""
+    apart = np.hypot(*(xy[:, None, :] - xy[None, :, :]).transpose(2, 0, 1))
+    alone: NDArray[np.bool_] = (apart < _BODY).sum(axis=1) < _SOMEBODY
+    return alone
 
 
 def _filled(ranges: FloatArray) -> FloatArray:
