@@ -14,6 +14,7 @@ from robot_sim.worlds.loading import parse_world
 from teleop.robot.arm.arm_commands import JointJog
 from teleop.robot.arm.arm_state import ArmMode
 from teleop.robot.assembly import RobotParts, build_drive
+from teleop.robot.drive import Drive
 from teleop.robot.guard.guard import Guard
 from teleop.robot.guard.outline import Box, Outline
 from teleop.robot.inbox import ArmWish, StepAlive, StepGoal, WorldCall
@@ -53,6 +54,44 @@ def test_person_who_comes_near_the_arm_stops_it_and_who_stands_there_does_not() 
     assert any("somebody comes near the arm" in words for words in jogged(0.2, 20))
     jogged(0.0, 5)  # a zero, after which the client may move it again
     assert not any(jogged(0.2, 20))
+
+
+@pytest.mark.parametrize("turn", [0.0, -1.2])
+def test_person_who_walks_at_a_robot_that_turns_away_meets_it_at_rest(turn: float) -> None:
+    drive, person = _robot_and_person(Pose.planar(5.0, 4.0, 0.0))
+    hold(drive, 0.3, turn, 0.6)
+    walker = drive.simulation.truth().map_from_base.position[:2] - (0.0, 2.2)
+    for _ in range(150):
+        way = drive.simulation.truth().map_from_base.position[:2] - walker
+        walker = walker + 1.3 * 0.02 * way / np.linalg.norm(way)
+        drive.simulation.spares.put(person, Placement(*walker))
+        (record,) = hold(drive, 0.3, turn, 0.02)
+        if record.condition.touching:
+            break
+        twist = record.truth.twist
+        speed = np.hypot(*twist.linear[:2]) + 0.3 * abs(twist.angular[2])
+    assert record.condition.touching
+    assert speed < 0.05
+
+
+def test_robot_is_free_again_once_a_person_who_leant_over_it_has_gone() -> None:
+    drive, person = _robot_and_person(Pose.planar(5.0, 4.0, 0.0))
+    x, y, _ = drive.simulation.truth().map_from_base.position
+    drive.simulation.spares.put(person, Placement(x - 0.1, y + 0.2))
+    assert hold(drive, 0.0, 0.0, 0.3)[-1].condition.touching
+    drive.simulation.spares.remove(person)
+    hold(drive, 0.0, 0.0, 0.3)
+    for turn in (0.3, -0.3):
+        assert hold(drive, 0.0, turn, 0.2)[-1].guard.factor == 1.0
+
+
+def _robot_and_person(start: Pose) -> tuple[Drive, str]:
+    """Return a robot that has looked around an empty room, and the name of who can be put there."""
+    world = parse_world(ROOM, name="room", options=WorldOptions(spare_people=1))
+    drive = build_drive(RobotParts(world, start=start, guard=True))
+    hold(drive, 0.0, 0.0, 0.3)
+    (person,) = (spare for spare in world.spares if spare.kind == "person")
+    return drive, person.name
 
 
 def test_arm_that_reaches_out_makes_the_robot_stop_so_much_earlier() -> None:

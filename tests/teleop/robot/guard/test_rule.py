@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from itertools import pairwise, product
 
 import numpy as np
@@ -141,6 +142,19 @@ def test_who_creeps_may_go_straight_on_if_friction_swallows_the_turn(
     assume(len(known.xy) and abs(forward) + RULE.outline.radius * abs(turn) <= CREEP)
     if RULE.admits((forward, turn), known, held=False):
         assert RULE.admits((forward, 0.0), known, held=False)
+
+
+@given(SPEEDS, CLOUDS)
+@settings(max_examples=60)
+def test_robot_stands_before_anybody_who_comes_on_is_there_whichever_way_it_goes(
+    command: tuple[float, float], cloud: list[tuple[float, float]]
+) -> None:
+    people = replace(outside(cloud), moving=np.ones(len(outside(cloud).xy), bool))
+    share, _, _ = RULE.share((0.0, 0.0), command, people, reaction=CONFIG.lag, scan_age=0.0)
+    assume(share > 0.0 and len(people.xy))
+    motion = RULE.braking((0.0, 0.0), share * np.array([command]), CONFIG.lag)
+    come = CONFIG.approach * motion.times[0][:, None]
+    assert (RULE.outline.gaps(motion.poses[0], people.xy) > come).all()
 
 
 @given(st.floats(0.0, math.tau), st.floats(0.021, 0.3))
