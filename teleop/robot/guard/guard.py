@@ -23,11 +23,18 @@ from teleop.robot.guard.braking import Ramps
 from teleop.robot.guard.limits import Senses, limits
 from teleop.robot.guard.odometry import Odometry
 from teleop.robot.guard.outline import Box, Outline
+from teleop.robot.guard.points import MEMORY, Points
 from teleop.robot.guard.rule import Room, Rule
 from teleop.robot.guard.settings import CREEP, GuardConfig
-from teleop.robot.guard.surroundings import DRIFT, MEMORY, REACH, Points, Surroundings
-from teleop.robot.guard.verdict import STANDSTILL, GuardState, GuardVerdict, Ways
-from teleop.robot.guard.words import motion_words, place_words
+from teleop.robot.guard.surroundings import DRIFT, REACH, Surroundings
+from teleop.robot.guard.verdict import (
+    STANDSTILL,
+    GuardState,
+    GuardVerdict,
+    Ways,
+    motion_words,
+    place_words,
+)
 
 _WAYS: Final = ((CREEP, 0.0), (-CREEP, 0.0), (0.0, 0.3), (0.0, -0.3))
 """Motions by which is said which way is free: forward, backward, left, right."""

@@ -11,8 +11,8 @@ import numpy as np
 from localization.geometry import FloatArray
 from teleop.robot.guard.braking import Motion, Ramps, poses_along, to_standstill
 from teleop.robot.guard.outline import Outline
+from teleop.robot.guard.points import SOURCES, UNSEEN, Points
 from teleop.robot.guard.settings import CREEP, GuardConfig
-from teleop.robot.guard.surroundings import SOURCES, UNSEEN, Points
 from teleop.robot.guard.verdict import Near
 
 _SHARES: Final = np.linspace(0.95, 0.05, 19)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections import deque
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Final
 
 import numpy as np
@@ -13,8 +13,18 @@ from numpy.typing import NDArray
 
 from localization.geometry import FloatArray
 from localization.types import SECOND, Pose, Scan
+from teleop.robot.guard.beams import (
+    beam_ends,
+    beams_past,
+    filled,
+    meets_blind_ring,
+    planar,
+    sensor_poses,
+    smoothed,
+)
 from teleop.robot.guard.continuation import continued
 from teleop.robot.guard.odometry import Odometry
+from teleop.robot.guard.points import MEMORY, UNSEEN, VERTICAL, Points
 
 REACH: Final = 3.0
 """Distance from the robot beyond which points are forgotten [m]: at 0.7 m/s, with commands a second old and a person
@@ -43,8 +53,6 @@ DRIFT: Final = 0.03
 turns about a point that moves; chosen after a table's leg behind the robot was 4 cm off after two metres."""
 _LOOSEST: Final = 0.08
 """Largest drift that is counted [m]: chosen, so that doorways behind stay open."""
-_BESIDE: Final = 4
-"""Beams to either side that stand for one that measures nothing: 2 degrees, less than a point's cell spans within 0.8 m."""
 _STILL_MOVES: Final = SECOND
 """For so long after it moved something counts as one that moves [ns]: a foot stands for 0.6 s of a step."""
 _BODY: Final = 0.2
@@ -66,42 +74,6 @@ _FLOOR: Final = 0.05
 """By so much the floor may rise per metre to the side without being an obstacle: that tilt, on its way."""
 _GRID: Final = 0.03
 """Points of one cell count once [m]."""
-_SMOOTHED: Final = 3
-"""Beams to either side over which a range is averaged: sigma falls from 12 to 4.5 mm, and a sharp corner 0.4 m away seems
-4 mm farther."""
-_SURFACE: Final = 0.05
-"""Difference between two ranges up to which they lie on one surface [m]: four sigma."""
-_BLIND_RUN: Final = 3
-"""Adjacent beams that must measure something nearer than they can: one alone may be a fault."""
-
-HORIZONTAL: Final = 0
-"""Number of the horizontal scanner among the sources of points."""
-VERTICAL: Final = 1
-"""Number of the vertical one."""
-MEMORY: Final = 2
-"""Number of what neither sees now."""
-UNSEEN: Final = 3
-"""Number of what is taken to go on where no scanner looks."""
-SOURCES: Final = ("laser_horizontal", "laser_vertical", "memory", "unseen")
-"""Names of the sources."""
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Points:
-    """Points around the robot."""
-
-    xy: FloatArray
-    """(N, 2) in ``base_link`` [m]."""
-    sources: FloatArray
-    """(N,) numbers of what knows them."""
-    moving: NDArray[np.bool_]
-    """(N,) whether they have just come to where there was nothing, as a person does."""
-    loose: FloatArray
-    """(N,) by how much they may have drifted since they were seen [m]."""
-
-    def of(self, which: NDArray[np.bool_]) -> Points:
-        """Return those that are chosen (N,)."""
-        return Points(self.xy[which], self.sources[which], self.moving[which], self.loose[which])
 
 
 class Surroundings:
@@ -167,10 +139,10 @@ class Surroundings:
     def _take_horizontal(
         self, scan: Scan, mount: Pose, poses: FloatArray, odometry: Odometry
     ) -> None:
-        scan = replace(scan, ranges=_smoothed(scan.ranges))
-        points = _points(scan, mount)
+        scan = replace(scan, ranges=smoothed(scan.ranges))
+        points = beam_ends(scan, mount)
         hit = np.isfinite(scan.ranges) & (scan.ranges < REACH + 1.0)
-        seen = _planar(points[hit], poses[hit])
+        seen = planar(points[hit], poses[hit])
         kept, moving = self._points, np.zeros(len(seen))
         if self._past:
             moving = self._come(seen)
@@ -195,10 +167,11 @@ class Surroundings:
             kept = kept[(kept[:, 6] == 0.0) | (kept[:, 6] > now - _GONE)]
         self._points = _thinned(np.concatenate((fresh, kept)))
         come = np.flatnonzero(self._points[:, 4])
-        self._points[come[_alone(self._points[come, :2])], 4] = 0.0
+        together = _beside(self._points[come, :2], self._points[come, :2], _BODY)
+        self._points[come[together < _SOMEBODY], 4] = 0.0
         self._unseen = continued(points[:, :2], poses[-1], odometry)
-        self._past.append((_sensor_poses(mount, poses), scan))
-        self.blinded = self._meets_blind_ring(scan)
+        self._past.append((sensor_poses(mount, poses), scan))
+        self.blinded = meets_blind_ring(scan)
 
     def _outlived(
         self, scan: Scan, mount: Pose, poses: FloatArray, odometry: Odometry
@@ -208,10 +181,10 @@ class Surroundings:
         Returns:
             These points, the number of those that it could see, and of those that it saw far beyond.
         """
-        kept, scanners = self._points.copy(), _sensor_poses(mount, poses)
-        beam, away = _beams(kept[:, :2], scanners, scan)
+        kept, scanners = self._points.copy(), sensor_poses(mount, poses)
+        beam, away = beams_past(kept[:, :2], scanners, scan)
         inside = (beam >= 0) & (beam < len(scan.ranges))
-        measured = _filled(scan.ranges)[np.clip(beam, 0, len(scan.ranges) - 1)]
+        measured = filled(scan.ranges)[np.clip(beam, 0, len(scan.ranges) - 1)]
         # What is lower or higher than the plane cannot be seen through by it.
         inside &= kept[:, 5] > 0.0
         answered = inside & np.isfinite(measured)
@@ -245,7 +218,7 @@ class Surroundings:
     def _come(self, seen: FloatArray) -> FloatArray:
         """Return which points (N, 2) stand where the oldest scan that is kept saw further."""
         scanners, last = self._past[0]
-        beam, away = _beams(seen, scanners, last)
+        beam, away = beams_past(seen, scanners, last)
         n = len(last.ranges)
         # What stood beside an edge is no news: the nearest of five beams must have passed.
         around = np.clip(beam[:, None] + np.arange(-2, 3), 0, n - 1)
@@ -253,18 +226,14 @@ class Surroundings:
         come: FloatArray = ((before > away + _NEW) & (beam >= 0) & (beam < n)).astype(float)
         return come
 
-    def _meets_blind_ring(self, scan: Scan) -> bool:
-        mute = np.isnan(scan.ranges).astype(int)
-        return bool(len(mute) and np.convolve(mute, np.ones(_BLIND_RUN, int)).max() >= _BLIND_RUN)
-
     def _take_vertical(
         self, scan: Scan, mount: Pose, poses: FloatArray, odometry: Odometry
     ) -> None:
-        points = _points(scan, mount)
+        points = beam_ends(scan, mount)
         aside, z = np.abs(points[:, 1]), points[:, 2]
         low, high = self._heights
         hit = (aside < _ASIDE) & (z > low + _FLOOR * aside) & (z < high)
-        seen = _planar(points[hit], poses[hit])
+        seen = planar(points[hit], poses[hit])
         level = next(
             (m.position[2] for m in self._mounts.values() if m.rotation[2, 2] > 0.9), math.inf
         )
@@ -278,79 +247,18 @@ class Surroundings:
         self._points = _thinned(np.concatenate((fresh, self._points[~renewed])))
 
 
-def _smoothed(ranges: FloatArray) -> FloatArray:
-    """Return ranges (B,) averaged along each surface, by pairs of beams, so that one that slants stays where it is."""
-    total, count = np.where(np.isfinite(ranges), ranges, 0.0), np.ones(len(ranges))
-    for k in range(1, min(_SMOOTHED, (len(ranges) - 1) // 2) + 1):
-        before, middle, after = ranges[: -2 * k], ranges[k:-k], ranges[2 * k :]
-        with np.errstate(invalid="ignore"):
-            same = (np.abs(before - middle) < _SURFACE) & (np.abs(after - middle) < _SURFACE)
-            total[k:-k] += np.where(same, before + after, 0.0)
-        count[k:-k] += 2.0 * same
-    return np.where(np.isfinite(ranges), total / count, ranges)
-
-
 def _lonely(xy: FloatArray, which: NDArray[np.bool_]) -> NDArray[np.bool_]:
     """Return which of the chosen points (N,) have too few others around them to be of a surface."""
     lonely = which.copy()
-    if which.any():
-        apart = np.hypot(*(xy[which, None, :] - xy[None, :, :]).transpose(2, 0, 1))
-        lonely[which] = (apart < _TOGETHER).sum(axis=1) < _SURFACE_POINTS
+    lonely[which] = _beside(xy[which], xy, _TOGETHER) < _SURFACE_POINTS
     return lonely
 
 
-def _alone(xy: FloatArray) -> NDArray[np.bool_]:
-    """Return which points (N, 2) have too few of the others around them to be somebody."""
-    apart = np.hypot(*(xy[:, None, :] - xy[None, :, :]).transpose(2, 0, 1))
-    alone: NDArray[np.bool_] = (apart < _BODY).sum(axis=1) < _SOMEBODY
-    return alone
-
-
-def _filled(ranges: FloatArray) -> FloatArray:
-    """Return ranges in which single beams that measure nothing, for dirt, have the least of those beside them."""
-    mute = np.flatnonzero(np.isnan(ranges))
-    if not len(mute):
-        return ranges
-    beside = np.clip(mute[:, None] + np.arange(-_BESIDE, _BESIDE + 1), 0, len(ranges) - 1)
-    filled = ranges.copy()
-    filled[mute] = np.fmin.reduce(ranges[beside], axis=1)
-    return filled
-
-
-def _points(scan: Scan, mount: Pose) -> FloatArray:
-    """Return the beams' ends (N, 3) in ``base_link`` at the time of each [m]; NaN without return."""
-    ranges = np.where(np.isfinite(scan.ranges), scan.ranges, np.nan)
-    flat = np.stack((ranges * np.cos(scan.angles), ranges * np.sin(scan.angles)), -1)
-    ends: FloatArray = flat @ mount.rotation[:, :2].T + mount.position
-    return ends
-
-
-def _planar(points: FloatArray, poses: FloatArray) -> FloatArray:
-    """Return points (N, 3) of ``base_link`` at poses (N, 3) in the plane of these (N, 2)."""
-    c, s = np.cos(poses[:, 2]), np.sin(poses[:, 2])
-    x, y = points[:, 0], points[:, 1]
-    return np.stack((poses[:, 0] + c * x - s * y, poses[:, 1] + s * x + c * y), -1)
-
-
-def _sensor_poses(mount: Pose, poses: FloatArray) -> FloatArray:
-    """Return the poses (N, 3) of a level scanner at poses of ``base_link`` (N, 3)."""
-    origin = _planar(np.broadcast_to(mount.position, poses.shape), poses)
-    yaw = math.atan2(mount.rotation[1, 0], mount.rotation[0, 0])
-    return np.column_stack((origin, poses[:, 2] + yaw))
-
-
-def _beams(xy: FloatArray, scanners: FloatArray, scan: Scan) -> tuple[FloatArray, FloatArray]:
-    """Return number (N,) and length (N,) [m] of the beams that pass points (N, 2); numbers outside the fan as they are."""
-    n, first = len(scan.ranges), float(scan.angles[0])
-    step = (float(scan.angles[-1]) - first) / (n - 1)
-    beam = np.full(len(xy), n // 2)
-    for _ in range(2):  # the pose depends on the beam, and the beam on the pose
-        pose = scanners[np.clip(beam, 0, n - 1)]
-        dx, dy = xy[:, 0] - pose[:, 0], xy[:, 1] - pose[:, 1]
-        bearing = np.arctan2(dy, dx) - pose[:, 2]
-        bearing = np.remainder(bearing + math.pi, 2.0 * math.pi) - math.pi
-        beam = np.rint((bearing - first) / step).astype(int)
-    return beam, np.hypot(dx, dy)
+def _beside(xy: FloatArray, others: FloatArray, radius: float) -> NDArray[np.int_]:
+    """Return how many of others (M, 2) lie within a radius [m] of each point (N, 2)."""
+    apart = np.hypot(*(xy[:, None, :] - others[None, :, :]).transpose(2, 0, 1))
+    count: NDArray[np.int_] = (apart < radius).sum(axis=1)
+    return count
 
 
 def _thinned(points: FloatArray) -> FloatArray:

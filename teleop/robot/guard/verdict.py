@@ -1,7 +1,8 @@
-"""What the guard makes of a command."""
+"""What the guard makes of a command, and how it says so."""
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field
 from enum import StrEnum
 from typing import Final
@@ -12,6 +13,8 @@ from localization.types import Twist
 STANDSTILL: Final = Twist.planar(0.0, 0.0)
 FARTHEST: Final = 4.0
 """Time for which is looked ahead [s]: at 0.7 m/s it ends where points are forgotten, at 3 m."""
+_SIDES: Final = ("ahead", "to the left", "behind", "to the right")
+"""Directions, from ahead on counted to the left."""
 
 
 class GuardState(StrEnum):
@@ -89,3 +92,17 @@ class GuardVerdict:
 
 OFF: Final = GuardVerdict(GuardState.OFF, STANDSTILL)
 """Of a robot without a guard."""
+
+
+def motion_words(forward: float, turn: float) -> str:
+    """Return what is driven: "0.3 m/s", of a turn on the spot "0.4 rad/s"."""
+    if forward == 0.0 and turn == 0.0:
+        return "stopped"
+    return f"{abs(forward):.2g} m/s" if forward else f"{abs(turn):.2g} rad/s"
+
+
+def place_words(near: Near) -> str:
+    """Return where the obstacle is: "obstacle 0.9 m ahead"."""
+    side = _SIDES[round(math.atan2(near.y, near.x) / (0.5 * math.pi)) % 4]
+    how = {"memory": "remembered ", "unseen": "unseen "}.get(near.source, "")
+    return f"{how}obstacle {max(near.gap, 0.0):.1f} m {side}"

@@ -256,6 +256,7 @@ def settled(bias: np.ndarray, seed: int, seconds: float) -> DrivenFilter:
 
 
 @pytest.mark.untraced
+@pytest.mark.slow
 def test_robot_that_stands_for_ten_minutes_neither_drifts_nor_grows_unsure() -> None:
     bias = np.deg2rad([0.1, -0.2, 0.3])
     yaw = settled(bias, 0, 10.0).pose.yaw

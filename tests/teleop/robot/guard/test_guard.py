@@ -253,6 +253,7 @@ def test_words_name_the_speed_and_where_the_obstacle_is(room: World) -> None:
     assert said[-1].ways.backward
 
 
+@pytest.mark.slow
 def test_robot_that_an_obstacle_stops_does_not_twitch(room: World) -> None:
     """navigation2 PR 2982: the nearest of many returns trembles from scan to scan."""
     records = hold(robot_in(room, 8.6, 4.0), 0.7, 0.0, 24.0)[200:]

@@ -12,9 +12,9 @@ from hypothesis import assume, given, settings, strategies as st
 from robot_sim import DriveConfig
 from teleop.robot.guard.braking import Ramps
 from teleop.robot.guard.outline import Outline
+from teleop.robot.guard.points import Points
 from teleop.robot.guard.rule import Rule
 from teleop.robot.guard.settings import CREEP, GuardConfig
-from teleop.robot.guard.surroundings import Points
 
 CONFIG, DRIVE = GuardConfig(), DriveConfig()
 RULE = Rule(
