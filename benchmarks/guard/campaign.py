@@ -42,9 +42,9 @@ LENGTH = 120.0
 _PLANE = (0.37, 0.43)
 """Heights that the horizontal scanner's plane crosses on level ground [m], with room for a tilt of 1 degree at 1.5 m."""
 _STOOD = 0.05
-"""Speed of its fastest point below which a robot stands [m/s]: what its brake takes away in two ticks."""
+"""Speed of its fastest point below which a robot stands [m/s]: what its brake takes away in 0.05 s."""
 _AGAIN = 2 * SECOND
-"""Time without a touch after which the next one by the same person is another one [ns]; a second leg is none."""
+"""Time without a touch after which the next one by the same person counts as another contact [ns]: not that of the second leg."""
 _PUSHED = 0.5
 """Way that a robot must have driven to be free of where a person pushed it [m]."""
 
@@ -113,16 +113,17 @@ def _figures(done: Sequence[Outcome]) -> Iterator[Figure]:
         mine = [o for o in done if o.guarded is guarded]
         case, method = "adversarial drivers", f"{'with' if guarded else 'without'} guard"
         n = len(mine)
-        yield Figure(case, method, "driven", n * LENGTH, "s", n)
+        none, all_of_it = (0.0, 100_000.0) if guarded else (None, None)
+        yield Figure(case, method, "driven", n * LENGTH, "s", n, least=all_of_it)
         yield Figure(case, method, "way", sum(o.way for o in mine), "m", n)
-        none = 0.0 if guarded else None
         seen = sum(o.seen for o in mine)
         yield Figure(case, method, "contacts with what is seen", seen, n=n, most=none)
+        met = sum(o.met for o in mine)
+        yield Figure(case, method, "contacts with people, robot moving", met, n=n, most=none)
         for quantity, count in (
-            ("contacts with lower and higher things", sum(o.unseen for o in mine)),
-            ("contacts where a person pushed it", sum(o.pushed for o in mine)),
-            ("contacts with people, robot moving", sum(o.met for o in mine)),
             ("contacts with people, robot standing", sum(o.walked_into for o in mine)),
+            ("contacts where a person pushed it", sum(o.pushed for o in mine)),
+            ("contacts with lower and higher things", sum(o.unseen for o in mine)),
         ):
             yield Figure(case, method, quantity, count, n=n)
         names = sum((Counter(o.names) for o in mine), Counter[str]())

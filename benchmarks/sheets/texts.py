@@ -128,6 +128,23 @@ among boxes, and what it costs. [The arm](../arm.md) says what it does.
 {arm-facts}
 """
 
+GUARD: Final = """\
+# Sheet: the guard
+
+Printed by `python -m benchmarks.sheets` from `benchmarks/results/guard.json`; a test compares the two. `python -m benchmarks
+guard FOLDER` measures it: drives of 120 s by drivers who mean ill (random, along walls, in bursts, backwards, in turbo, up to
+2 s late) in five scenes, each as it was mapped, and with its people and moved furniture; physics and scanners, no localiser.
+It goes on where it ended, so that this sheet may hold a part of the 100 000 s. [Safety](../safety.md) reads it.
+
+*What is seen*: things that the horizontal scanner's plane crosses. *Lower and higher*: all others. A robot *stands* whose
+fastest point is slower than 0.05 m/s, what its brake takes away in 0.05 s. A person with two legs is one contact, until two
+seconds without a touch have gone by.
+
+{guard}
+
+{guard-facts}
+"""
+
 PATH: Final = """\
 # Sheet: the predicted path
 

@@ -1,0 +1,41 @@
+"""The judge of the guard's campaign: what was touched, and whose doing it was."""
+
+from __future__ import annotations
+
+from benchmarks.guard.campaign import Contacts
+from robot_sim import World, WorldOptions
+from robot_sim.worlds.loading import parse_world
+from tests.robot_sim.conftest import ROOM
+
+SECOND = 1_000_000_000
+LEFT, RIGHT = (f"spare_person_1_{side}_leg" for side in ("left", "right"))
+
+
+def world() -> World:
+    return parse_world(ROOM, name="room", options=WorldOptions(spare_people=1))
+
+
+def test_person_with_two_legs_is_one_contact_until_two_seconds_without_a_touch() -> None:
+    judge = Contacts(world())
+    for tick, touching in enumerate([(LEFT,), (LEFT, RIGHT), (), (RIGHT,)]):
+        judge.take(touching, tick * SECOND // 50, 0.3, 0.0)
+    assert judge.kinds == {"met": 1}
+    judge.take((), SECOND, 0.0, 0.0)
+    judge.take((RIGHT,), 4 * SECOND, 0.01, 0.0)
+    assert judge.kinds == {"met": 1, "walked into": 1}
+
+
+def test_wall_that_a_person_pushed_the_robot_into_is_not_its_own_doing() -> None:
+    room = world()
+    wall = "east_0"
+    judge = Contacts(room)
+    judge.take((wall,), 0, 0.1, 0.0)
+    assert judge.kinds == {"seen": 1}
+    judge.take((), SECOND, 0.1, 1.0)
+    judge.take((LEFT, wall), 2 * SECOND, 0.1, 1.0)
+    judge.take((), 3 * SECOND, 0.1, 1.2)
+    judge.take((wall,), 4 * SECOND, 0.1, 1.4)
+    assert judge.kinds["pushed"] == 2
+    judge.take((), 5 * SECOND, 0.1, 1.6)
+    judge.take((wall,), 6 * SECOND, 0.1, 1.6)
+    assert judge.kinds["seen"] == 2
