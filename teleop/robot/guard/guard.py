@@ -50,6 +50,9 @@ _APART: Final = 0.02
 """How much nearer than on its way there the robot may come on its way back to what it does not see [m]: chosen:
 who goes back by hand strays by so much."""
 
+_LEVEL: Final = math.radians(3.0)
+"""Tilt from which on a robot leans [rad]: its foot is then 2 cm nearer to what stands upright than where it is scanned; chosen."""
+
 
 class Guard:
     """Owns what is known of the surroundings, and judges one command a tick; reads no clock."""
@@ -75,6 +78,8 @@ class Guard:
         self._odometry = Odometry(robot, self.outline)
         top = max((float(m.position[2]) for m in mounts.values()), default=robot.height) + 0.06
         self._surroundings = Surroundings(mounts, (robot.clearance, top))
+        self._scanned = max((float(m.position[2]) for m in mounts.values()), default=0.0)
+        self._lean = 0.0
         worn = self.config.worn
         ramps = Ramps(
             (drive.acceleration, drive.turn_acceleration),
@@ -161,7 +166,9 @@ class Guard:
             self._override = ""
         if self._override:
             return GuardVerdict(GuardState.FREE, asked, asked, overridden_by=self._override)
-        senses = self._senses(stamp, condition, attitude)
+        tilt = _tilt(attitude)
+        self._lean = self._scanned * math.sin(tilt) if tilt > _LEVEL else 0.0
+        senses = self._senses(stamp, condition, tilt)
         forward, turn = float(asked.linear[0]), float(asked.angular[2])
         ways = self._free_ways(condition)
         if forward == turn == 0.0:
@@ -213,12 +220,12 @@ class Guard:
             disarm=stalled,
         )
 
-    def _senses(self, stamp: int, condition: Condition, attitude: Inertial | None) -> Senses:
+    def _senses(self, stamp: int, condition: Condition, tilt: float) -> Senses:
         heard = self._surroundings.heard
         silence = {level: stamp - heard.get(name, 0) for level, name in self._scanners.items()}
         return Senses(
             condition,
-            _tilt(attitude),
+            tilt,
             silence.get(True),
             silence.get(False),
             self._surroundings.blinded,
@@ -237,21 +244,22 @@ class Guard:
         """Return whether everything is so far away that a motion is free wherever it goes."""
         reach, lasts = self.rule.bound(speeds, command, reaction)
         standing, moving = self._clear()
-        needed = reach + self.rule.margin(command, held=held)
+        needed = reach + self._lean + self.rule.margin(command, held=held)
         return standing >= needed and moving >= needed + self.config.approach * (lasts + scan_age)
 
     def _points(self, reach: float, lasts: float) -> Points:
         """Return what could matter for a motion that reaches so far [m], and lasts so long [s]."""
-        radius = self.outline.radius + reach + 0.2
+        radius = self.outline.radius + reach + self._lean + 0.2
         points = self._surroundings.within(radius + self.config.approach * lasts, self._odometry)
         near = points.moving | (np.einsum("ij,ij->i", points.xy, points.xy) < radius * radius)
-        return points.of(near)
+        points = points.of(near)
+        return replace(points, loose=points.loose + self._lean) if self._lean else points
 
     def _as_it_came(self, points: Points, margin: float) -> Points:
         """Return points of which those that are not seen now need no more room than the path just driven left them."""
         hidden = points.sources >= MEMORY
         beside = self._odometry.beside_trail(points.xy[hidden]) - _APART
-        loose = np.zeros(len(points.xy))
+        loose = np.full(len(points.xy), self._lean)
         loose[hidden] = np.minimum(beside - margin, 0.0)
         return replace(points, loose=loose)
 

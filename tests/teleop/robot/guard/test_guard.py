@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 import math
 from collections.abc import Callable
+from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
@@ -241,6 +242,30 @@ def test_only_its_driver_switches_the_guard_off_and_only_until_it_loses_the_robo
     assert (off.guard.factor, off.guard.overridden_by) == (1.0, "driver")
     taken = hold(drive, 0.3, 0.0, 0.02, TakeOver("other"))[-1]
     assert taken.guard.overridden_by == ""
+
+
+@pytest.mark.parametrize("tilt", ["pitch", "roll"])
+def test_robot_that_leans_keeps_away_by_what_its_foot_is_nearer_than_its_scanner(
+    room: World, tilt: str
+) -> None:
+    drive = robot_in(room, 9.6, 4.0)  # 0.15 m from the wall
+    record, guard = hold(drive, 0.0, 0.0, 0.02)[-1], drive.guard
+    assert guard is not None
+
+    def factor(degrees: float) -> float:
+        level = Pose.from_euler((0.0, 0.0, 0.0), **{tilt: math.radians(degrees)})
+        inertial = replace(_turning(0, 0.0), orientation=level.quaternion_wxyz)
+        return guard.judge(
+            Twist.planar(0.1, 0.0),
+            stamp=drive.simulation.stamp,
+            age=0,
+            driver="driver",
+            condition=record.condition,
+            attitude=inertial,
+        ).factor
+
+    assert factor(2.0) == 1.0
+    assert factor(-20.0) == factor(20.0) == 0.0
 
 
 def test_words_name_the_speed_and_where_the_obstacle_is(room: World) -> None:
