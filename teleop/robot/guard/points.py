@@ -33,7 +33,7 @@ class Points:
     moving: NDArray[np.bool_]
     """(N,) whether they have just come to where there was nothing, as a person does."""
     loose: FloatArray
-    """(N,) by how much they may have drifted since they were seen [m]."""
+    """(N,) by how much nearer they may be than they seem [m]: they have drifted, or the robot leans."""
 
     def of(self, which: NDArray[np.bool_]) -> Points:
         """Return those that are chosen (N,)."""
