@@ -1,120 +1,102 @@
-"""``python -m benchmarks guard FOLDER [SECONDS | operators] [--out FOLDER]``: adversarial drivers with and without the guard.
+"""``python -m benchmarks guard FOLDER [SECONDS | wire | operators] [--out FILE]``: drivers who mean to hit something.
 
-Each drive is 120 s in one of ten worlds, of one driver and one seed, with physics and scanners and without localiser or
-socket. It appends a line to ``FOLDER/drives.jsonl``; those that are there already are not driven again, so that a campaign
-goes on where it ended. ``operators`` has the library's own drive over links of 0 to 1 s, likewise.
+Each drive is 120 s in one of ten worlds, of one driver and one seed, with the guard and without it, with physics and
+scanners and without localiser or socket; one on each core. It appends a line to ``FOLDER/drives.jsonl``; those that are
+there already are not driven again, so that a campaign goes on where it ended. ``wire`` has 2000 s driven by clients of
+whole robots, ``operators`` has the library's own drive over links of 0 to 1 s, likewise.
 """
 
 from __future__ import annotations
 
 import json
-import re
 import sys
 import time
 from collections import Counter
-from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import asdict, dataclass
-from functools import cache
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import asdict
 from itertools import product
+from multiprocessing import Pool
 from pathlib import Path
-
-import numpy as np
+from typing import Final
 
 from benchmarks.common.figures import Figure
 from benchmarks.common.progress import with_progress
 from benchmarks.common.sheet import Sheet
-from benchmarks.guard import operators
-from benchmarks.guard.drivers import DRIVERS
+from benchmarks.guard import operators, wire
+from benchmarks.guard.drivers import DRIVERS, Nearest
+from benchmarks.guard.judge import DRIVE, Judge, Outcome, Plan
+from benchmarks.guard.worlds import SCENES, world_of
 from localization.types import SECOND, Scan, Twist
-from robot_sim import TICK_NS, Simulation, World, WorldOptions, load_world
+from robot_sim import TICK_NS, Simulation
 from teleop.joystick import VelocityRequest
 from teleop.robot.drive import Drive
 from teleop.robot.guard.guard import Guard
-from teleop.robot.guard.verdict import GuardState
 from teleop.robot.inbox import DriveCommand
 
 TAKES_WORDS = True
-SCENES = ("office", "warehouse", "corridor", "glasshouse", "courtyard")
-WORLDS = tuple(product(SCENES, (False, True)))
+WORLDS: Final = tuple(product(SCENES, (False, True)))
 """Each as it was mapped, and with its people and with furniture moved."""
-LENGTH = 120.0
-"""Length of a drive [s]."""
-_PLANE = (0.37, 0.43)
-"""Heights that the horizontal scanner's plane crosses on level ground [m], with room for a tilt of 1 degree at 1.5 m."""
-_STOOD = 0.05
-"""Speed of its fastest point below which a robot stands [m/s]: what its brake takes away in 0.05 s."""
-_AGAIN = 2 * SECOND
-"""Time without a touch after which the next one by the same person counts as another contact [ns]: not that of the second leg."""
-_PUSHED = 0.5
-"""Way that a robot must have driven to be free of where a person pushed it [m]."""
-
-
-@dataclass(frozen=True)
-class Outcome:
-    """What happened in a drive."""
-
-    scene: str
-    alive: bool
-    driver: str
-    seed: int
-    guarded: bool
-    seen: int
-    """Times that the robot began to touch a thing that the horizontal plane crosses."""
-    unseen: int
-    """The same for lower and higher things."""
-    pushed: int
-    """Times that it began to touch either where a person had pushed it."""
-    met: int
-    """Times that a person or what people move met the robot while the robot moved; two legs are one person."""
-    walked_into: int
-    """The same while the robot stood."""
-    names: dict[str, int]
-    """What was touched, and how often."""
-    way: float
-    """Way driven [m]."""
-    stopped: float
-    """Time for which the guard stopped the robot [s]."""
+ALL: Final = 100_000.0
+"""Time to be driven [s]."""
+WIRE: Final = 2000.0
+"""Time of it to be driven over the wire [s]."""
 
 
 def main(words: Sequence[str] = (), out: Path | None = None) -> int:
     """Drive what is missing, and print the sums."""
     if not words:
-        print("guard FOLDER [SECONDS | operators]: name a folder for the drives", file=sys.stderr)
+        print(
+            "guard FOLDER [SECONDS | wire | operators]: name a folder for the drives",
+            file=sys.stderr,
+        )
         return 2
     folder, sheet = Path(words[0]), Sheet(out)
     folder.mkdir(parents=True, exist_ok=True)
     begin = time.process_time()
-    if words[1:] == ["operators"]:
-        sheet.put("operators", operators.campaign(folder), seconds=time.process_time() - begin)
-        return 0
-    file = folder / "drives.jsonl"
-    lines = file.read_text().splitlines() if file.exists() else []
-    done = [Outcome(**json.loads(line)) for line in lines]
-    known = {(o.scene, o.alive, o.driver, o.seed, o.guarded) for o in done}
-    rounds = range(round(float(words[1] if len(words) > 1 else 100_000) / LENGTH))
-    names = list(DRIVERS)
-    plan = [
-        (*WORLDS[i % len(WORLDS)], names[i // len(WORLDS) % len(names)], i, guarded)
-        for i in rounds
-        for guarded in (True, False)
-    ]
-    missing = [one for one in plan if one not in known]
-    with file.open("a") as kept:
-        for one in with_progress(missing, len(missing), "drives"):
-            done.append(drive(*one))
-            kept.write(json.dumps(asdict(done[-1])) + "\n")
-            kept.flush()
-    sheet.put("campaign", list(_figures(done)), seconds=time.process_time() - begin)
+    match words[1:]:
+        case ["operators"]:
+            part, figures = "operators", operators.campaign(folder)
+        case ["wire"]:
+            done = driven(folder / "wire.jsonl", plan(WIRE), wire.drive)
+            part, figures = "wire", list(_figures("over the wire", done, WIRE))
+        case rest:
+            done = driven(folder / "drives.jsonl", plan(float(rest[0]) if rest else ALL), drive)
+            part, figures = "campaign", list(_figures("adversarial drivers", done, ALL))
+    sheet.put(part, figures, seconds=time.process_time() - begin)
     return 0
 
 
-def _figures(done: Sequence[Outcome]) -> Iterator[Figure]:
+def plan(seconds: float) -> list[Plan]:
+    """Return the drives of so many seconds with the guard, and of as many without it."""
+    names = list(DRIVERS)
+    return [
+        Plan(*WORLDS[i % len(WORLDS)], names[i // len(WORLDS) % len(names)], i, guarded)
+        for i in range(-(-round(seconds) // round(DRIVE)))
+        for guarded in (True, False)
+    ]
+
+
+def driven(file: Path, drives: list[Plan], drive: Callable[[Plan], Outcome]) -> list[Outcome]:
+    """Make the drives that a file does not hold yet, on all cores, and return them all."""
+    lines = file.read_text().splitlines() if file.exists() else []
+    done = [Outcome(**json.loads(line)) for line in lines]
+    known = {(o.scene, o.alive, o.driver, o.seed, o.guarded) for o in done}
+    missing = [one for one in drives if tuple(asdict(one).values()) not in known]
+    with file.open("a") as kept, Pool() as cores:
+        each = cores.imap_unordered(drive, missing)
+        for outcome in with_progress(each, len(missing), "drives"):
+            done.append(outcome)
+            kept.write(json.dumps(asdict(outcome)) + "\n")
+            kept.flush()
+    return done
+
+
+def _figures(case: str, done: Sequence[Outcome], seconds: float) -> Iterator[Figure]:
     for guarded in (True, False):
         mine = [o for o in done if o.guarded is guarded]
-        case, method = "adversarial drivers", f"{'with' if guarded else 'without'} guard"
-        n = len(mine)
-        none, all_of_it = (0.0, 100_000.0) if guarded else (None, None)
-        yield Figure(case, method, "driven", n * LENGTH, "s", n, least=all_of_it)
+        method, n = f"{'with' if guarded else 'without'} guard", len(mine)
+        none, all_of_it = (0.0, seconds) if guarded else (None, None)
+        yield Figure(case, method, "driven", n * DRIVE, "s", n, least=all_of_it)
         yield Figure(case, method, "way", sum(o.way for o in mine), "m", n)
         seen = sum(o.seen for o in mine)
         yield Figure(case, method, "contacts with what is seen", seen, n=n, most=none)
@@ -130,89 +112,23 @@ def _figures(done: Sequence[Outcome]) -> Iterator[Figure]:
         print(method, ", ".join(f"{n} {name}" for name, n in names.most_common(8)) or "no contact")
 
 
-def drive(scene: str, alive: bool, driver: str, seed: int, guarded: bool) -> Outcome:
-    """Make one drive."""
-    world = _world(scene, alive)
-    simulation = Simulation(world, seed=seed)
-    guard = Guard(world.robot, simulation.mounts, simulation.config.drive) if guarded else None
-    robot = Drive(simulation, guard=guard)
-    rng = np.random.default_rng([seed, SCENES.index(scene), list(DRIVERS).index(driver)])
-    draw, scan, until = DRIVERS[driver], None, 0
-    way = stopped = 0.0
-    contacts, speed = Contacts(world), 0.0
-    for tick in range(round(LENGTH * SECOND / TICK_NS)):
+def drive(plan: Plan, seconds: float = DRIVE) -> Outcome:
+    """Make one drive of so many seconds."""
+    world = world_of(plan.scene, plan.alive)
+    simulation = Simulation(world, seed=plan.seed)
+    guard = Guard(world.robot, simulation.mounts, simulation.config.drive) if plan.guarded else None
+    robot, judge = Drive(simulation, guard=guard), Judge(world)
+    draw, nearest, until = DRIVERS[plan.driver], None, 0
+    rng = plan.rng()
+    for tick in range(round(seconds * SECOND / TICK_NS)):
         if tick >= until:
-            stick = draw(rng, scan)
+            stick = draw(rng, nearest)
             until = tick + stick.ticks
         request = VelocityRequest(Twist.planar(stick.forward, stick.turn), enabled=True)
         command = DriveCommand("driver", request, age=stick.age, stream=True)
         record = robot.tick(simulation.stamp, (command,))
-        scan = next((r for r in record.sensed if isinstance(r, Scan)), scan)
-        contacts.take(record.condition.touching, simulation.stamp, speed, way)
-        twist = record.truth.twist
-        speed = float(np.hypot(*twist.linear[:2])) + 0.3 * abs(float(twist.angular[2]))
-        way += float(np.hypot(*twist.linear[:2])) * TICK_NS / SECOND
-        stopped += (record.guard.state is GuardState.STOPPED) * TICK_NS / SECOND
-    kinds = contacts.kinds
-    return Outcome(
-        scene,
-        alive,
-        driver,
-        seed,
-        guarded,
-        kinds["seen"],
-        kinds["unseen"],
-        kinds["pushed"],
-        kinds["met"],
-        kinds["walked into"],
-        dict(contacts.names),
-        round(way, 2),
-        round(stopped, 2),
-    )
-
-
-class Contacts:
-    """Owns what a robot has touched in a drive, and of what kind each contact was."""
-
-    def __init__(self, world: World) -> None:
-        """Begin with a robot that touches nothing."""
-        self._model = world.model
-        self._touching: frozenset[str] = frozenset()
-        self._people: dict[str, int] = {}
-        self._pushed_at = -_PUSHED
-        self.names, self.kinds = Counter[str](), Counter[str]()
-
-    def take(self, touching: Iterable[str], now: int, speed: float, way: float) -> None:
-        """Take what is touched in a tick; the speed of the robot's fastest point before it [m/s], and the way driven [m]."""
-        all_now = frozenset(touching)
-        people = {name: who for name in all_now if (who := self._person(name)) is not None}
-        for name in sorted(all_now - self._touching):
-            self.names[name] += 1
-            who = people.get(name)
-            if who is None:
-                pushed = bool(people) or way - self._pushed_at < _PUSHED
-                self.kinds["pushed" if pushed else self._height(name)] += 1
-            elif now - self._people.get(who, -_AGAIN) >= _AGAIN:
-                self.kinds["walked into" if speed < _STOOD else "met"] += 1
-                self._people[who] = now
-        for who in people.values():
-            self._people[who], self._pushed_at = now, way
-        self._touching = all_now
-
-    def _person(self, name: str) -> str | None:
-        """Return the name of a person or of what people move; None for what stands."""
-        root = int(self._model.body_rootid[self._model.geom(name).bodyid[0]])
-        if self._model.body_mocapid[root] < 0:
-            return None
-        return re.sub("_(left_leg|right_leg|torso)$", "", self._model.body(root).name)
-
-    def _height(self, name: str) -> str:
-        geom = self._model.geom(name)
-        middle, half = self._model.geom_aabb[geom.id][:3], self._model.geom_aabb[geom.id][3:]
-        low, high = (float(geom.pos[2] + middle[2] + side * half[2]) for side in (-1.0, 1.0))
-        return "seen" if low <= _PLANE[0] and high >= _PLANE[1] else "unseen"
-
-
-@cache
-def _world(scene: str, alive: bool) -> World:
-    return load_world(scene, options=WorldOptions(alive=alive, rearranged=1 if alive else None))
+        for scan in record.sensed:
+            if isinstance(scan, Scan) and scan.scanner == "laser_horizontal":
+                nearest = Nearest.of(scan.ranges, scan.angles)
+        judge.take(record)
+    return judge.outcome(plan)

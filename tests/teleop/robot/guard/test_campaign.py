@@ -2,7 +2,13 @@
 
 from __future__ import annotations
 
-from benchmarks.guard.campaign import Contacts
+from pathlib import Path
+from types import ModuleType
+
+import pytest
+
+from benchmarks.guard import campaign, wire
+from benchmarks.guard.judge import Contacts, Outcome, Plan
 from robot_sim import World, WorldOptions
 from robot_sim.worlds.loading import parse_world
 from tests.robot_sim.conftest import ROOM
@@ -39,3 +45,32 @@ def test_wall_that_a_person_pushed_the_robot_into_is_not_its_own_doing() -> None
     judge.take((), 5 * SECOND, 0.1, 1.6)
     judge.take((wall,), 6 * SECOND, 0.1, 1.6)
     assert judge.kinds["seen"] == 2
+
+
+@pytest.mark.parametrize(
+    "way",
+    [
+        pytest.param(campaign, id="in process"),
+        pytest.param(wire, id="over the wire", marks=pytest.mark.slow),
+    ],
+)
+def test_driver_who_steers_for_the_wall_meets_it_only_without_the_guard(way: ModuleType) -> None:
+    with_guard, without = (
+        way.drive(Plan("office", False, "at the wall", 5, guarded), 20.0)
+        for guarded in (True, False)
+    )
+    assert (with_guard.seen, with_guard.way > 1.0, with_guard.stopped > 1.0) == (0, True, True)
+    assert (without.seen > 0, without.way > 1.0, without.stopped) == (True, True, 0.0)
+
+
+def test_campaign_drives_only_what_its_file_does_not_hold(tmp_path: Path) -> None:
+    file, drives = tmp_path / "drives.jsonl", campaign.plan(120.0)
+    first = campaign.driven(file, drives, _short)
+    assert {(o.seed, o.guarded) for o in first} == {(0, True), (0, False)}
+    lines = file.read_text()
+    assert len(campaign.driven(file, campaign.plan(240.0), _short)) == 4
+    assert file.read_text().startswith(lines)
+
+
+def _short(plan: Plan) -> Outcome:
+    return campaign.drive(plan, 0.1)
