@@ -125,7 +125,8 @@ async def film_of_a_drive(studio: Studio) -> Film:
         studio.robot() as robot,
         studio.placed(robot, viewport=VIEWPORT) as page,
     ):
-        await page.locator("canvas").click(position={"x": 300, "y": 120})
+        await page.locator(".page-canvas canvas").click(position={"x": 300, "y": 120})
+        await press(page, "Close")
         await page.evaluate(HAND)
         async with filmed(page) as film:
             await _drive(page, robot)
@@ -133,7 +134,7 @@ async def film_of_a_drive(studio: Studio) -> Film:
             await says(page, "In doubt where it is")
             await asyncio.sleep(1.5)
             await _hint(page, robot)
-            await says(page, "Knows where it is")
+            await says(page, "Accepted")
             await asyncio.sleep(1.0)
             await _drive(page, robot)
             return film

@@ -13,7 +13,7 @@ from tools.console_pictures.studio import REST
 
 async def drive(page: Page, robot: PacedRobot, held: str, seconds: float) -> None:
     """Hold a key for a time."""
-    await page.locator("canvas").click(position={"x": 300, "y": 120})
+    await page.locator(".page-canvas canvas").click(position={"x": 300, "y": 120})
     await hold_until(page, key(page, held), lambda: robot.speed > 0.1, "that the robot drives")
     await asyncio.sleep(seconds)
 

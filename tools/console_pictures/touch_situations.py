@@ -59,6 +59,5 @@ async def phone_hint(studio: Studio, name: str) -> None:
     """A hint on a phone."""
     async with studio.robot() as robot, studio.placed(robot, **PHONE) as page:
         await carry_off(page, robot)
-        await press(page, "Panels")
         await place_hint(page, robot, 0.15, 0.06)
         await studio.shoot(page, name)

@@ -127,7 +127,7 @@ async def let_go(page: Page, hold: Callable[[bool], Awaitable[object]]) -> None:
 
 async def place_on_screen(page: Page, x: float, y: float) -> tuple[float, float]:
     """Return where a place of the map's floor [m] is in the window, in the view from above [CSS pixels]."""
-    box = await page.locator("canvas").bounding_box()
+    box = await page.locator(".page-canvas canvas").bounding_box()
     assert box is not None
     middle = np.array([box["x"] + box["width"] / 2, box["y"] + box["height"] / 2])
     corners = [middle, middle + (60.0, 0.0), middle + (0.0, 60.0)]

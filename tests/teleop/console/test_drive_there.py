@@ -73,7 +73,7 @@ async def test_robot_drives_to_the_place_while_the_button_is_held_and_stops_when
         await press(page, "Drive there")
         button = page.get_by_role("button", name="Hold to drive there")
         assert await button.is_disabled()
-        canvas = await page.locator("canvas").first.bounding_box()
+        canvas = await page.locator(".page-canvas canvas").bounding_box()
         assert canvas is not None
         begin = robot.simulation.truth().map_from_base.position[:2].copy()
         # Seen from behind, the robot is in the middle; this is two metres before it and to the right.

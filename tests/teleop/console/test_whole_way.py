@@ -141,7 +141,7 @@ async def _hint(visit: Visit, robot: PacedRobot) -> None:
 
 async def _stop_and_release(visit: Visit, robot: PacedRobot) -> None:
     page = visit.page
-    await page.locator("canvas").focus()
+    await page.locator(".page-canvas canvas").focus()
     await hold_until(page, key(page, "ArrowUp"), lambda: robot.speed > 0.2, "that keys drive")
     await page.keyboard.press("Escape")
     await until(lambda: robot.speed < 0.01, "that the e-stop stops it")

@@ -17,7 +17,8 @@ export function placeAt(places: readonly NamedPlace[], at: Vector3): string {
 /**
  * Return the places between which a search has not decided, nearest first, each with its name and the share it explains.
  *
- * @param scores Share of what is seen that each explains, in the same order; of another sweep if their number differs.
+ * @param scores Share of what is seen that each explains, in the same order; of another sweep if their number differs, and 0
+ *   of the present place until it has been compared.
  * @param from Where the robot was known to be last; without it the order is kept, which is the best first.
  */
 export function placesInQuestion(
@@ -26,7 +27,7 @@ export function placesInQuestion(
   const known = poses.map((pose, index) => ({
     ...pose,
     name: placeAt(places, pose.position),
-    share: scores.length === poses.length ? scores[index] : undefined,
+    share: scores.length === poses.length ? scores[index] || undefined : undefined,
     away: from && distance(pose.position, from.position),
   }));
   return from === undefined ? known : known.sort((a, b) => (a.away ?? 0) - (b.away ?? 0));

@@ -20,3 +20,8 @@ it("keeps the order, best first, while nobody knows where the robot was, and has
   const found = placesInQuestion([at(3, 13), at(23, 3)], [0.9], PLACES, undefined);
   expect(found.map(({ name, share, away }) => [name, share, away])).toEqual([["kitchen", undefined, undefined], ["hall", undefined, undefined]]);
 });
+
+it("gives the present place no share until it has been compared", () => {
+  const found = placesInQuestion([at(3, 13), at(23, 3)], [0.9, 0], PLACES, undefined);
+  expect(found.map(({ share }) => share)).toEqual([0.9, undefined]);
+});
