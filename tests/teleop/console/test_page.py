@@ -10,10 +10,12 @@ from urllib.parse import urlsplit
 import pytest
 
 from localization.maps.cloud import Cloud
+from robot_sim import World
 from teleop.console.console_server import ConsoleServer
 from teleop.robot.serving.lan_access import lan_access
 from teleop.robot.serving.serve_config import ServeConfig
 from tests.teleop.console.conftest import Pages, Served, page_address
+from tests.teleop.console.paced_robot import paced_robot
 from tests.teleop.robot.served_robots import DRIVER, tokens
 from tests.teleop.support import in_a_loop, soon
 
@@ -101,6 +103,31 @@ async def test_nothing_in_the_bar_moves_when_the_first_key_unlocks_the_sound(
         await soon(page.get_by_text("Sound on").wait_for())
         assert len(before) > 3
         assert await page.evaluate(BAR) == before
+
+
+OVERLAPS = """() => {
+  const names = ['.driving-stick', '.driving-speed', '.driving-gears', '.driving-estop-button'];
+  const boxes = names.map((name) => [name, document.querySelector(name).getBoundingClientRect()]);
+  const apart = (a, b) => a.right <= b.left || b.right <= a.left || a.bottom <= b.top || b.bottom <= a.top;
+  return boxes.flatMap(([a, box], i) => boxes.slice(i + 1).filter(([, other]) => !apart(box, other)).map(([b]) => [a, b]));
+}"""
+"""Which two of the controls over the picture lie over one another."""
+
+
+@in_a_loop
+async def test_no_control_lies_over_another_in_any_window(
+    page_of: Pages, office: World, office_cloud: Cloud, tmp_path: Path
+) -> None:
+    async with (
+        paced_robot(office, office_cloud, tmp_path) as robot,
+        page_of(robot.page) as visit,
+    ):
+        robot.place()
+        await soon(visit.page.locator(".driving-speed-near:not(:empty)").wait_for())
+        for width, height in ((1280, 800), (1000, 640), (820, 1180), (844, 390), (390, 844)):
+            await visit.page.set_viewport_size({"width": width, "height": height})
+            await visit.page.wait_for_timeout(200)
+            assert await visit.page.evaluate(OVERLAPS) == [], (width, height)
 
 
 REACH = """async ([socket, map, token]) => {
