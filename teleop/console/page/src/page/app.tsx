@@ -206,7 +206,7 @@ function Panels({ parts, layout, about }: LaidOut & { readonly about: Signal<boo
           <RunsPanel
             runs={parts.runs} mayRecord={state.session.value?.mayDrive === true}
             onLook={(file) => { void parts.replay.open(file); }}
-            onPicture={() => { savePicture(parts.scene.workshop.canvas, () => { parts.scene.workshop.draw(); }); }}
+            onPicture={() => { savePicture(parts.scene.workshop.canvas, () => { parts.scene.workshop.draw(true); }); }}
           />
         </Fold>
         <Fold title={texts.folds.session} open={refused}>

@@ -95,7 +95,7 @@ export class Scene {
     const model = signal<Object3D>(this.#world.robot.model);
     this.workshop = {
       canvas, camera: this.#stage.camera, world: this.#stage.scene, base: this.#world.robot.body, model,
-      draw: () => { this.#stage.invalidate(); }, holdView: (held) => { this.setInteraction(held ? "hint" : "camera"); },
+      draw: (whole) => { this.#stage.invalidate(whole); }, holdView: (held) => { this.setInteraction(held ? "hint" : "camera"); },
     };
     this.immersion = new Immersion(this.#stage, this.#world, this.#pose, {
       located: () => this.#located, floor: () => this.#floor(), pointSize: settings.pointSize, decay: settings.decay });

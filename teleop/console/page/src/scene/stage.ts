@@ -40,6 +40,7 @@ export class Stage {
   #moving = false;
   #immersed = false;
   #sharpness = 1;
+  #whole = false;
   #size = { width: 300, height: 150, ratio: 1 };
 
   constructor(canvas: HTMLCanvasElement, update: Update) {
@@ -69,8 +70,9 @@ export class Stage {
     return this.#size;
   }
 
-  /** Have a frame drawn soon. */
-  invalidate(): void {
+  /** Have a frame drawn soon; whole with all pixels, however slow that is. */
+  invalidate(whole = false): void {
+    this.#whole ||= whole;
     if (this.#request === undefined && !this.#immersed && !this.#ended.signal.aborted) {
       this.#request = requestAnimationFrame((now) => { this.#frame(now); });
     }
@@ -85,7 +87,8 @@ export class Stage {
 
   /** Draw this share of the screen's pixels along each side, from this frame on. */
   setSharpness(sharpness: number): void {
-    this.#sharpness = sharpness;
+    this.#sharpness = this.#whole ? 1 : sharpness;
+    this.#whole = false;
     this.#fit();
   }
 

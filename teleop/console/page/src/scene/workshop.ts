@@ -12,8 +12,8 @@ export interface Workshop {
   readonly base: Object3D;
   /** The robot as it is drawn, in `base`; another one when its description changes. */
   readonly model: ReadonlySignal<Object3D>;
-  /** Have a picture drawn soon. */
-  draw(): void;
+  /** Have a picture drawn soon; whole with all pixels, also where the machine is too slow for that while driving. */
+  draw(whole?: boolean): void;
   /** Leave pointers on the picture to somebody else, with the view held still, or give them back to the camera. */
   holdView(held: boolean): void;
 }

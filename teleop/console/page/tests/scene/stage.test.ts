@@ -6,7 +6,7 @@ let draw: FrameRequestCallback = () => undefined;
 afterEach(() => { vi.restoreAllMocks(); });
 
 describe("the canvas", () => {
-  test("is drawn with fewer pixels once frames that follow at once are slow, and with all again when asked to", () => {
+  test("is drawn with fewer pixels once frames that follow at once are slow, and with all again when asked to, or for one that is kept", () => {
     vi.spyOn(globalThis, "requestAnimationFrame").mockImplementation((frame) => {
       draw = frame;
       return 1;
@@ -17,6 +17,11 @@ describe("the canvas", () => {
     });
     const { width, height, ratio } = stage.size;
     for (let now = 0; now < 3000; now += 120) { draw(now); }
+    expect(stage.size).toEqual({ width, height, ratio: ratio / 2 });
+    stage.invalidate(true);
+    draw(3100);
+    expect(stage.size).toEqual({ width, height, ratio });
+    draw(3220);
     expect(stage.size).toEqual({ width, height, ratio: ratio / 2 });
     stage.setSharpness(1);
     expect(stage.size).toEqual({ width, height, ratio });
