@@ -9,6 +9,7 @@ from __future__ import annotations
 import json
 from collections.abc import Iterator
 from itertools import product
+from multiprocessing import Pool
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Final
@@ -40,15 +41,17 @@ def campaign(folder: Path) -> list[Figure]:
     known = {(*d["route"], d["delay"], d["seed"], d["guarded"]) for d in done}
     plan = list(product(_ROUTES, DELAYS, range(_SEEDS), (True, False)))
     missing = [one for one in plan if (*one[0], *one[1:]) not in known]
-    with file.open("a") as kept:
-        for route, delay, seed, guarded in with_progress(missing, len(missing), "drives"):
-            done.append(_drive(route, delay, seed, guarded))
-            kept.write(json.dumps(done[-1]) + "\n")
+    with file.open("a") as kept, Pool() as cores:
+        each = cores.imap_unordered(_drive, missing)
+        for one in with_progress(each, len(missing), "drives"):
+            done.append(one)
+            kept.write(json.dumps(one) + "\n")
             kept.flush()
     return list(_figures(done))
 
 
-def _drive(route: tuple[str, str], delay: float, seed: int, guarded: bool) -> dict[str, object]:
+def _drive(one: tuple[tuple[str, str], float, int, bool]) -> dict[str, object]:
+    route, delay, seed, guarded = one
     scene, goal = route
     link = {"kind": "link", "at": 0, "lasting": _LONGEST, "delay": 0.5 * delay}
     scenario = SCHEMA.validate_python(
