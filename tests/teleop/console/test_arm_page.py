@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import asyncio
+import contextlib
 from pathlib import Path
 
 import numpy as np
 import pytest
+from playwright.async_api import TimeoutError as PlaywrightTimeout
 
 from localization.maps.cloud import Cloud
 from tests.teleop.console.arm_hands import (
@@ -121,8 +123,12 @@ async def test_ghost_is_gone_to_positions_are_repeated_and_the_way_out_is_taken(
         await out.wait_for()
         await page.keyboard.up("o")
         low = (await standing(page))[2]
-        await out.click()
-        await out.wait_for(state="detached")
+        # On a loaded machine the robot may have given the move up: then a person presses again.
+        async with asyncio.timeout(PATIENCE):
+            while await out.count():
+                with contextlib.suppress(PlaywrightTimeout):
+                    await out.click(timeout=1000.0)
+                await asyncio.sleep(0.5)
         await standing(page)
         assert (await tip(page))[2] > low + 0.005
         assert visit.errors == []

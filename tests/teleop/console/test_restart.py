@@ -137,7 +137,7 @@ async def _time_to_return(visit: Visit, robot: PacedRobot) -> float:
     robot.proxy.cut()
     await says(visit.page, "Nothing received for")
     robot.proxy.drop()
-    await says(visit.page, "connection", within=".page-notices")
+    await says(visit.page, "connection", within=".page-top")  # as a notice, or as an alarm
     await asyncio.sleep(1.3)  # by then it tries again and again
     connected: asyncio.Future[float] = loop.create_future()
 
