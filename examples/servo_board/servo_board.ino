@@ -162,6 +162,7 @@ void answer() {
 void setup() {
     Serial.begin(115200);
     char text[LONGEST];
+    Serial.write("\n", 1); // ends the line that a reset has cut
     send(text, snprintf(text, 12, "R servos %u", (unsigned)COUNT));
     last_frame = millis();
 }

@@ -96,8 +96,9 @@ class ServoFirmware:
 
     def answer(self, standing: Sequence[int]) -> bytes:
         """Return the lines at the end of a frame, for what the feedback wires say now."""
-        lines = []
+        lines, cut = [], b""
         if self._started:
+            cut = b"\n"  # ends the line that a reset has cut
             lines.append(f"R servos {COUNT}")
             self._started = False
         if self._refusal is not None:
@@ -107,7 +108,7 @@ class ServoFirmware:
         if angles is not None:
             values = (tenths + zero for tenths, zero in zip(angles, self.lower, strict=True))
             lines.append(" ".join(("A" if self._feedback else "W", *map(decimal, values))))
-        return b"".join(map(checked, lines))
+        return cut + b"".join(map(checked, lines))
 
     def _read(self, line: bytes, standing: Sequence[int]) -> None:
         if len(line) > LONGEST:

@@ -55,9 +55,9 @@ def test_angles_of_the_feedback_wires_are_sent_in_each_frame() -> None:
     assert board().answer(STANDING) == checked("A 0.0 40.0 -130.0 0.0 0.0 0.0")
 
 
-def test_a_restarted_board_says_so_once() -> None:
+def test_a_restarted_board_says_so_once_on_a_line_of_its_own() -> None:
     firmware = ServoFirmware(TABLE)
-    assert firmware.answer(STANDING).startswith(checked("R servos 6"))
+    assert firmware.answer(STANDING).startswith(b"\n" + checked("R servos 6"))
     assert b"R" not in firmware.answer(STANDING)
 
 
