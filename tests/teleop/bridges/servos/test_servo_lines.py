@@ -68,7 +68,7 @@ def test_answers_of_a_board_are_read() -> None:
     assert reader.unreadable == 0
 
 
-def test_board_that_restarts_within_a_line_is_heard() -> None:
+def test_board_that_restarts_within_a_line_is_read() -> None:
     reader = LineReader()
     begun = ServoFirmware(load_arm()).answer([0] * 6)
     assert reader.take(ANSWER[:12] + begun)[0] == Started(6)
