@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from collections import Counter
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from typing import Final
 
 import numpy as np
@@ -94,19 +94,15 @@ class Judge:
         """Return what has happened."""
         kinds = self._contacts.kinds
         return Outcome(
-            plan.scene,
-            plan.alive,
-            plan.driver,
-            plan.seed,
-            plan.guarded,
-            kinds["seen"],
-            kinds["unseen"],
-            kinds["pushed"],
-            kinds["met"],
-            kinds["walked into"],
-            dict(self._contacts.names),
-            round(self._way, 2),
-            round(self._stopped, 2),
+            **asdict(plan),
+            seen=kinds["seen"],
+            unseen=kinds["unseen"],
+            pushed=kinds["pushed"],
+            met=kinds["met"],
+            walked_into=kinds["walked into"],
+            names=dict(self._contacts.names),
+            way=round(self._way, 2),
+            stopped=round(self._stopped, 2),
         )
 
 
