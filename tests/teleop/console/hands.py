@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import re
 from collections.abc import Awaitable, Callable
 from typing import Any, Final
 
@@ -38,7 +39,7 @@ GAMEPAD: Final = """
 """A gamepad with the standard mapping; up and left are negative there."""
 
 
-async def says(page: Page, text: str, *, within: str = "body") -> None:
+async def says(page: Page, text: str | re.Pattern[str], *, within: str = "body") -> None:
     """Wait until the page shows a text."""
     words = page.locator(within).get_by_text(text).first
     try:
