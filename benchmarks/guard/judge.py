@@ -24,7 +24,8 @@ _PLANE: Final = (0.37, 0.43)
 _STOOD: Final = 0.05
 """Speed of its fastest point below which a robot stands [m/s]: what its brake takes away in 0.05 s."""
 _AGAIN: Final = 2 * SECOND
-"""Time without a touch after which the next one by the same person counts as another contact [ns]: not that of the second leg."""
+"""Time without a touch after which the next one of the same thing or person counts as another contact [ns]: who leans on a leg
+trembles, and people have two."""
 _PUSHED: Final = 0.5
 """Way that a robot must have driven to be free of where a person pushed it [m]."""
 
@@ -112,27 +113,25 @@ class Contacts:
     def __init__(self, world: World) -> None:
         """Begin with a robot that touches nothing."""
         self._model = world.model
-        self._touching: frozenset[str] = frozenset()
-        self._people: dict[str, int] = {}
+        self._last: dict[str, int] = {}
         self._pushed_at = -_PUSHED
         self.names, self.kinds = Counter[str](), Counter[str]()
 
     def take(self, touching: Iterable[str], now: int, speed: float, way: float) -> None:
         """Take what is touched in a tick; the speed of the robot's fastest point before it [m/s], and the way driven [m]."""
-        all_now = frozenset(touching)
-        people = {name: who for name in all_now if (who := self._person(name)) is not None}
-        for name in sorted(all_now - self._touching):
-            self.names[name] += 1
-            who = people.get(name)
-            if who is None:
-                pushed = bool(people) or way - self._pushed_at < _PUSHED
-                self.kinds["pushed" if pushed else self._height(name)] += 1
-            elif now - self._people.get(who, -_AGAIN) >= _AGAIN:
-                self.kinds["walked into" if speed < _STOOD else "met"] += 1
-                self._people[who] = now
-        for who in people.values():
-            self._people[who], self._pushed_at = now, way
-        self._touching = all_now
+        people = {name: self._person(name) for name in sorted(touching)}
+        pushed = any(people.values()) or way - self._pushed_at < _PUSHED
+        for name, who in people.items():
+            thing = who or name
+            if now - self._last.get(thing, -_AGAIN) >= _AGAIN:
+                self.names[name] += 1
+                if who:
+                    self.kinds["walked into" if speed < _STOOD else "met"] += 1
+                else:
+                    self.kinds["pushed" if pushed else self._height(name)] += 1
+            self._last[thing] = now
+            if who:
+                self._pushed_at = way
 
     def _person(self, name: str) -> str | None:
         """Return the name of a person or of what people move; None for what stands."""

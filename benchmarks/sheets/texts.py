@@ -138,8 +138,8 @@ guard FOLDER` measures it: drives of 120 s by drivers who mean ill (random, alon
 place past moved furniture, of at most 120 s each, without limits on old commands. [Safety](../safety.md) reads it.
 
 *What is seen*: things that the horizontal scanner's plane crosses. *Lower and higher*: all others. A robot *stands* whose
-fastest point is slower than 0.05 m/s, what its brake takes away in 0.05 s. A person with two legs is one contact, until two
-seconds without a touch have gone by.
+fastest point is slower than 0.05 m/s, what its brake takes away in 0.05 s. What is touched again
+within two seconds is the same contact, and a person's two legs are one.
 
 {guard}
 

@@ -77,7 +77,7 @@ class Guard:
         """The robot's outline."""
         self._odometry = Odometry(robot, self.outline)
         top = max((float(m.position[2]) for m in mounts.values()), default=robot.height) + 0.06
-        self._surroundings = Surroundings(mounts, (robot.clearance, top))
+        self._surroundings = Surroundings(mounts, (robot.clearance, top), self.outline)
         self._scanned = max((float(m.position[2]) for m in mounts.values()), default=0.0)
         self._lean = 0.0
         worn = self.config.worn
@@ -162,6 +162,7 @@ class Guard:
             condition: Bumpers and stalls after the last tick.
             attitude: Newest inertial reading, with attitude; None if there is none.
         """
+        self._surroundings.take_bumpers(condition.bumpers, self._odometry, stamp)
         if self._override != driver:
             self._override = ""
         if self._override:
@@ -191,7 +192,7 @@ class Guard:
             reach, lasts = self.rule.bound(speeds, command, reaction)
             points = self._points(reach, lasts + scan_age)
             if known:
-                points = self._as_it_came(points, self.rule.margin(command, held=held))
+                points = self._as_it_came(points)
             admitted, motion, near = self.rule.share(
                 speeds,
                 command,
@@ -255,13 +256,12 @@ class Guard:
         points = points.of(near)
         return replace(points, loose=points.loose + self._lean) if self._lean else points
 
-    def _as_it_came(self, points: Points, margin: float) -> Points:
+    def _as_it_came(self, points: Points) -> Points:
         """Return points of which those that are not seen now need no more room than the path just driven left them."""
         hidden = points.sources >= MEMORY
-        beside = self._odometry.beside_trail(points.xy[hidden]) - _APART
-        loose = np.full(len(points.xy), self._lean)
-        loose[hidden] = np.minimum(beside - margin, 0.0)
-        return replace(points, loose=loose)
+        most = np.full(len(points.xy), np.inf)
+        most[hidden] = self._odometry.beside_way_here(points.xy[hidden]) - _APART
+        return replace(points, loose=np.full(len(points.xy), self._lean), most=most)
 
     def _clear(self) -> tuple[float, float]:
         """Return how far anything that stands, and anything that moves, is from the robot at least [m]."""

@@ -45,7 +45,7 @@ class Odometry:
         """Forward speed [m/s] and turn rate [rad/s]."""
         self._poses: deque[tuple[int, float, float, float]] = deque([(0, 0.0, 0.0, 0.0)])
         self._gyro_stamp = -SECOND
-        self._trail: deque[tuple[float, float, float]] = deque([self.pose])
+        self._trail: deque[tuple[float, float, float, bool]] = deque([(*self.pose, False)])
         self._wheel_stamp = 0
         self._bias, self._rested = 0.0, 0
         self.driven = 0.0
@@ -87,7 +87,7 @@ class Odometry:
             self._poses.popleft()
         last = self._trail[-1]
         if math.hypot(x - last[0], y - last[1]) + 0.3 * abs(yaw - last[2]) > _STRIDE:
-            self._trail.append(self.pose)
+            self._trail.append((*self.pose, self.speeds[0] < 0.0))
             if len(self._trail) > round(_TRAIL / _STRIDE):
                 self._trail.popleft()
 
@@ -114,23 +114,37 @@ class Odometry:
         dx, dy = points[:, 0] - x, points[:, 1] - y
         return np.stack((c * dx + s * dy, c * dy - s * dx), -1)
 
+    def out_of_base(self, points: FloatArray) -> FloatArray:
+        """Return points (N, 2) in ``base_link`` now, in the plane."""
+        x, y, yaw = self.pose
+        c, s = math.cos(yaw), math.sin(yaw)
+        return np.stack(
+            (x + c * points[:, 0] - s * points[:, 1], y + s * points[:, 0] + c * points[:, 1]), -1
+        )
+
     def gaps(self, points: FloatArray) -> FloatArray:
         """Return the distances (N,) of points (N, 2) in ``base_link`` from the robot's outline [m]; negative inside."""
         return self._outline.gaps(np.zeros(3), points)
 
     def forget_trail(self) -> None:
         """Forget the path just driven."""
-        self._trail = deque([self.pose])
+        self._trail = deque([(*self.pose, False)])
 
     def driven_over(self, points: FloatArray) -> NDArray[np.bool_]:
         """Return which points (N, 2) of the plane the robot has covered on the path just driven."""
-        return self.beside_trail(self.into_base(points)) < 0.0
+        return self._beside(np.array(self._trail), self.into_base(points)) < 0.0
 
-    def beside_trail(self, points: FloatArray) -> FloatArray:
-        """Return how near the robot came on the path just driven to points (N, 2) in ``base_link`` now [m]."""
+    def beside_way_here(self, points: FloatArray) -> FloatArray:
+        """Return how near the robot came to points (N, 2) in ``base_link`` now on the path just driven [m].
+
+        Without what it drove backwards: there, where it does not see, each step would allow the next to go a little nearer.
+        """
         trail = np.array(self._trail)
+        return self._beside(trail[trail[:, 3] == 0.0], points)
+
+    def _beside(self, trail: FloatArray, points: FloatArray) -> FloatArray:
         poses = np.column_stack((self.into_base(trail[:, :2]), trail[:, 2] - self.pose[2]))
-        nearest: FloatArray = self._outline.gaps(poses, points).min(axis=0)
+        nearest: FloatArray = self._outline.gaps(poses, points).min(axis=0, initial=math.inf)
         return nearest
 
     def follows_trail(self, forward: float, turn: float) -> bool:

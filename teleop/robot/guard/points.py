@@ -35,6 +35,11 @@ class Points:
     loose: FloatArray
     """(N,) by how much nearer they may be than they seem [m]: they have drifted, or the robot leans."""
 
+    most: FloatArray | None = None
+    """(N,) distance that is enough in any case [m], however near: the robot came by so near to them; None without a limit."""
+
     def of(self, which: NDArray[np.bool_]) -> Points:
         """Return those that are chosen (N,)."""
-        return Points(self.xy[which], self.sources[which], self.moving[which], self.loose[which])
+        most = None if self.most is None else self.most[which]
+        kept = (self.xy[which], self.sources[which], self.moving[which], self.loose[which])
+        return Points(*kept, most)

@@ -203,6 +203,8 @@ class Rule:
         creeps = (rim <= CREEP)[:, None] & (points.sources != UNSEEN)
         margin = np.where(creeps, squeezed[:, None], margin)
         margin = margin + points.loose
+        if points.most is not None:
+            margin = np.minimum(margin, points.most)
         if not points.moving.any():
             return np.minimum(margin, now - 1e-6)[:, None, :]
         comes = self.config.approach * (motion.times + scan_age)

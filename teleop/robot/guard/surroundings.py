@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from localization.geometry import FloatArray
 from localization.types import SECOND, Pose, Scan
+from robot_sim import Bumpers
 from teleop.robot.guard.beams import (
     beam_ends,
     beams_past,
@@ -24,7 +25,9 @@ from teleop.robot.guard.beams import (
 )
 from teleop.robot.guard.continuation import continued
 from teleop.robot.guard.odometry import Odometry
+from teleop.robot.guard.outline import Outline
 from teleop.robot.guard.points import MEMORY, UNSEEN, VERTICAL, Points
+from teleop.robot.guard.touched import Touched
 
 REACH: Final = 3.0
 """Distance from the robot beyond which points are forgotten [m]: at 0.7 m/s, with commands a second old and a person
@@ -83,12 +86,15 @@ class Surroundings:
     see it, when something moved there last [ns], 0 for never, and how far the robot had driven when it was seen [m].
     """
 
-    def __init__(self, mounts: Mapping[str, Pose], heights: tuple[float, float]) -> None:
+    def __init__(
+        self, mounts: Mapping[str, Pose], heights: tuple[float, float], outline: Outline
+    ) -> None:
         """Begin without any.
 
         Args:
             mounts: ``base_from_scanner`` of each scanner.
             heights: Underside and top of the robot [m]: what is lower is driven over, what is higher passes above.
+            outline: The robot's.
         """
         self._mounts, self._heights = mounts, heights
         self._upright = next(
@@ -96,6 +102,7 @@ class Surroundings:
         )
         self._points = np.zeros((0, 8))
         self._unseen = np.zeros((0, 2))
+        self._touched = Touched(outline)
         self._since = 0
         self._past: deque[tuple[FloatArray, Scan]] = deque(maxlen=_LOOKS_BACK)
         self.heard: dict[str, int] = {}
@@ -120,21 +127,29 @@ class Surroundings:
         near = away < np.where(self._points[:, 5] > 0.0, REACH, _ASIDE)
         self._points = self._points[near]
 
+    def take_bumpers(self, bumpers: Bumpers, odometry: Odometry, stamp: int) -> None:
+        """Take the bumpers after a tick: what no scanner has seen is remembered where they met it."""
+        known = odometry.into_base(self._points[:, :2])
+        self._touched.add(bumpers, known, odometry, stamp)
+
     def forget(self, since: int = 0) -> None:
         """Forget all points, and those of vertical scans that began before a time [ns]: the robot stands elsewhere."""
         self._since = since
         self._points, self._unseen = self._points[:0], self._unseen[:0]
+        self._touched.forget()
         self._past.clear()
 
     def within(self, radius: float, odometry: Odometry) -> Points:
         """Return the points within a distance of ``base_link`` [m]."""
-        xy = odometry.into_base(np.concatenate((self._points[:, :2], self._unseen)))
+        touched = self._touched.xy
+        xy = odometry.into_base(np.concatenate((self._points[:, :2], self._unseen, touched)))
         near = np.einsum("ij,ij->i", xy, xy) < radius * radius
-        n = len(self._unseen)
-        sources = np.concatenate((self._points[:, 2], np.full(n, UNSEEN)))
-        moving = np.concatenate((self._points[:, 4] > 0.0, np.zeros(n, bool)))
+        others = np.repeat((UNSEEN, MEMORY), (len(self._unseen), len(touched)))
+        sources = np.concatenate((self._points[:, 2], others))
+        moving = np.concatenate((self._points[:, 4] > 0.0, np.zeros(len(others), bool)))
         loose = np.minimum(DRIFT * (odometry.driven - self._points[:, 7]), _LOOSEST)
-        return Points(xy[near], sources[near], moving[near], np.append(loose, np.zeros(n))[near])
+        loose = np.concatenate((loose, np.zeros(len(others))))
+        return Points(xy[near], sources[near], moving[near], loose[near])
 
     def _take_horizontal(
         self, scan: Scan, mount: Pose, poses: FloatArray, odometry: Odometry

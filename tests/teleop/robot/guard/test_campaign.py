@@ -47,6 +47,15 @@ def test_wall_that_a_person_pushed_the_robot_into_is_not_its_own_doing() -> None
     assert judge.kinds["seen"] == 2
 
 
+def test_wall_that_the_robot_leans_on_is_one_contact_though_it_trembles() -> None:
+    judge = Contacts(world())
+    for tick in range(0, 200, 2):
+        judge.take(("east_0",), tick * SECOND // 50, 0.0, 0.0)
+        judge.take((), (tick + 1) * SECOND // 50, 0.0, 0.0)
+    assert judge.kinds == {"seen": 1}
+    assert judge.names == {"east_0": 1}
+
+
 @pytest.mark.parametrize(
     "way",
     [

@@ -12,13 +12,14 @@ import numpy as np
 import pytest
 
 from localization.types import Estimate, Health, Inertial, Pose, Reading, Scan, Twist, WheelSpeeds
-from robot_sim import P3AT, World, load_world
+from robot_sim import P3AT, Bumpers, World, load_world
 from teleop.joystick import VelocityRequest
 from teleop.robot.drive import Drive
 from teleop.robot.guard.guard import Guard
 from teleop.robot.guard.odometry import Odometry
 from teleop.robot.guard.outline import Outline
 from teleop.robot.guard.settings import CREEP
+from teleop.robot.guard.touched import Touched
 from teleop.robot.guard.verdict import GuardState
 from teleop.robot.inbox import DriveCommand, GuardSwitch, TakeOver
 from teleop.robot.tick_record import DriveRecord
@@ -114,6 +115,60 @@ def test_robot_that_backs_along_a_slanting_wall_does_not_meet_it_where_it_is_bli
     away = hold(drive, 0.4, 0.0, 2.0)
     assert not touched(away)
     assert position(away[-1])[0] < position(records[-1])[0] - 0.3
+
+
+def test_leg_that_no_scanner_has_seen_is_met_once_and_then_remembered() -> None:
+    drive = robot_in(room_with(LEG), 4.45, 4.0)  # it stands where the robot is blind
+    met = hold(drive, -0.3, 0.0, 4.0)
+    assert touched(met)
+    assert met[-1].guard.reason == "stopped: the rear bumper is pressed"
+    for turn in (0.0, 0.2, -0.2):
+        assert not touched(hold(drive, 0.3, 0.0, 1.5)[25:])
+        again = hold(drive, -0.3, turn, 5.0)
+        assert not touched(again)
+        assert again[-1].guard.reason == "stopped: remembered obstacle 0.0 m behind"
+
+
+def test_where_a_bumper_was_pressed_is_forgotten_in_half_a_minute_or_a_metre_away() -> None:
+    outline = Outline(0.25, 0.25, 0.23)
+    rear, second = Bumpers(rear=(False, False, True, False, False)), 10**9
+
+    def pressed(known: np.ndarray) -> tuple[Touched, Odometry]:
+        touched, odometry = Touched(outline), Odometry(P3AT(), outline)
+        touched.add(rear, known, odometry, second)
+        touched.add(Bumpers(), known, odometry, 2 * second)
+        return touched, odometry
+
+    nothing = np.zeros((0, 2))
+    touched, odometry = pressed(nothing)
+    assert len(touched.xy)
+    assert np.allclose(touched.xy[:, 0], -0.25)
+    touched.add(Bumpers(), nothing, odometry, 32 * second)
+    assert not len(touched.xy)
+    touched, odometry = pressed(nothing)
+    for tick in range(1, 42):  # 0.8 m forward
+        odometry.add(WheelSpeeds(stamp=tick * second // 50, left=1.0, right=1.0))
+    touched.add(Bumpers(), nothing, odometry, 3 * second)
+    assert not len(touched.xy)
+    touched, _ = pressed(np.array([[-0.3, 0.05]]))  # the scanners follow this one
+    assert not len(touched.xy)
+
+
+def test_way_back_does_not_allow_itself_to_come_nearer() -> None:
+    """Each pose of it would else be part of the path just driven, to which the next need not keep more distance."""
+    odometry = Odometry(P3AT(), Outline(0.25, 0.25, 0.23))
+    leg = np.array([[0.5, 0.28]])
+
+    def drive(left: float, right: float, ticks: range) -> None:
+        for tick in ticks:
+            odometry.add(WheelSpeeds(stamp=tick * 10**9 // 50, left=left, right=right))
+
+    drive(0.5, 0.5, range(1, 100))  # a metre forward, past the leg
+    came_by = odometry.beside_way_here(odometry.into_base(leg))
+    assert np.allclose(came_by, 0.05)
+    drive(-0.4, -0.5, range(100, 150))
+    assert odometry.gaps(odometry.into_base(leg)) < 0.03  # nearer than it came
+    assert np.allclose(odometry.beside_way_here(odometry.into_base(leg)), came_by)
 
 
 def test_what_is_remembered_stays_where_it_is_while_the_robot_stands() -> None:
