@@ -3,18 +3,22 @@
 from __future__ import annotations
 
 import asyncio
+import math
 import subprocess
 from contextlib import AsyncExitStack
+from dataclasses import replace
 from pathlib import Path
 from random import Random
 from typing import Any
 
+import numpy as np
 import pytest
 from playwright.async_api import Page
 
 from benchmarks.console.headset_losses import EXPECTED, KINDS, trial
 from benchmarks.console.losses import LIMIT
 from localization.maps.cloud import Cloud
+from localization.types import Pose
 from robot_sim import World
 from teleop.console.lan.certificate import ensure_certificate
 from teleop.robot.serving.serve_config import ServeConfig
@@ -95,6 +99,40 @@ async def test_hundred_times_in_and_out_leave_a_page_that_drives(
         await enter(page)
         await hold_until(page, grip(page), lambda: robot.ticks[-1].moves, "that it drives")
         assert visit.errors == []
+
+
+@in_a_loop
+async def test_way_ahead_ends_in_a_headset_where_the_guard_stops_the_robot(
+    page_of: Pages, office: World, office_cloud: Cloud, cache: Path
+) -> None:
+    """The wall is 1.3 m away; uncut, three seconds at full speed lead twice as far."""
+    always = "localStorage.setItem('farsteer.pathAhead', JSON.stringify('always'));"
+    before_wall = replace(office, spawn=Pose.planar(20.9, 4.6, math.pi))
+    async with (
+        paced_robot(before_wall, office_cloud, cache) as robot,
+        page_of(robot.page, scripts=[always, headset()], viewport=SIZE) as visit,
+    ):
+        page = visit.page
+        robot.place()
+        await says(page, "Knows where it is")
+        await seen(page)
+        await enter(page)
+
+        def driven() -> float:
+            return float(20.9 - robot.simulation.truth().map_from_base.position[0])
+
+        hold = grip(page)
+        await hold_until(page, hold, lambda: robot.speed > 0.1, "that it drives")
+        ends = []
+        async with asyncio.timeout(PATIENCE):
+            while robot.speed > 0.05:
+                way = await page.evaluate("farsteerFigures().way ?? null")
+                if way is not None and way["cut"]:
+                    ends.append(driven() + way["length"])
+                await asyncio.sleep(0.02)
+        await hold(False)
+        assert len(ends) > 3
+        assert np.median(ends) == pytest.approx(driven(), abs=0.15)
 
 
 @in_a_loop

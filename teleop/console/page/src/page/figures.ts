@@ -3,6 +3,7 @@
 import { effect } from "@preact/signals";
 import { Vector3 } from "three";
 import type { Workshop } from "../scene/workshop";
+import type { Foresight } from "../prediction/foresight";
 import type { WallFigures } from "../wall";
 import type { Headset } from "../xr/xr";
 import type { PageParts } from "./page_parts";
@@ -22,6 +23,8 @@ export interface PageFigures {
   readonly headset: ReturnType<Headset["figures"]> | undefined;
   /** The newest picture of a wall of screens; undefined where the page is none. */
   readonly wall: WallFigures | undefined;
+  /** How far the drawn path leads from the robot's known place [m], and whether the guard ends it; undefined while none is drawn. */
+  readonly way: { readonly length: number; readonly cut: boolean } | undefined;
   /** Place of the window [CSS pixels] at which a place in the robot's frame [m] is drawn. */
   screenPoint(x: number, y: number, z: number): { readonly x: number; readonly y: number };
 }
@@ -33,7 +36,7 @@ declare global {
 }
 
 /** Set the mark when it is time, and offer the function. */
-export function publishFigures({ state, scene, statistics, headset, wall }: PageParts): void {
+export function publishFigures({ state, scene, statistics, headset, wall, way }: PageParts): void {
   const stop = effect(() => {
     const map = scene.built.value || state.mapPoints.value !== undefined || state.gridMap.value !== undefined;
     if (map && state.mapFromBase.value !== undefined) {
@@ -53,9 +56,15 @@ export function publishFigures({ state, scene, statistics, headset, wall }: Page
     bytesPerSecond: statistics.peek().bytesPerSecond,
     wall: wall.shown.peek()?.(),
     headset: headset.headset.peek()?.figures(),
+    way: drawn(way.peek()),
     floorPoint: (x, y) => scene.floorPoint(x, y),
     screenPoint: (x, y, z) => screenPoint(scene.workshop, new Vector3(x, y, z)),
   });
+}
+
+function drawn(way: Foresight | undefined): PageFigures["way"] {
+  const end = way?.motions.at(-1);
+  return way === undefined || end === undefined ? undefined : { length: Math.hypot(end.x, end.y), cut: way.cut };
 }
 
 function screenPoint({ base, camera, canvas }: Workshop, place: Vector3): { readonly x: number; readonly y: number } {

@@ -16,6 +16,7 @@ import { closeTopDialog } from "../panels/dialog";
 import { EventLog } from "../panels/events/event_log";
 import { Sharing } from "../panels/session/sharing";
 import { drawPathAhead } from "../prediction";
+import type { Foresight } from "../prediction/foresight";
 import type { RobotCommands } from "../robot/robot_commands";
 import { Runs } from "../runs/runs";
 import { unknownState, type LinkStatisticsSignal, type RobotState } from "../robot/robot_state";
@@ -58,6 +59,8 @@ export interface PageParts {
   /** The headset, once there is one. */
   readonly headset: HeadsetPart;
   readonly wall: WallPart;
+  /** Where the robot will go, as it is drawn; undefined while it is not. */
+  readonly way: ReadonlySignal<Foresight | undefined>;
   readonly camera: CameraFeed;
   readonly photo: PhotoControl;
   readonly alarms: Alarms;
@@ -157,7 +160,7 @@ export function startParts(address: string, version: string, canvas: HTMLCanvasE
     (alarm, ended) => { events.alarm(alarm, ended); },
     browserAlarmEnvironment(),
   );
-  drawPathAhead({ scene, state, driving, statistics: link.statistics, settings });
+  const way = drawPathAhead({ scene, state, driving, statistics: link.statistics, settings });
   const ages = watchAges(state, link.statistics, scene);
   const headset = loadHeadset(navigator.xr, {
     immersion: scene.immersion, state, statistics: link.statistics, driving, steps, there, hint, camera, photo, alarms, arm,
@@ -169,7 +172,7 @@ export function startParts(address: string, version: string, canvas: HTMLCanvasE
   link.start();
   return {
     address, version, state, commands, statistics: link.statistics, scene, settings, driving, hint, guide, runs, replay, steps, there, arm, camera, photo,
-    alarms, headset, wall, events, lean, ages, wire: link.wire, name, sharing: new Sharing(link.wire),
+    alarms, headset, wall, way, events, lean, ages, wire: link.wire, name, sharing: new Sharing(link.wire),
     rename: (wanted) => { name.value = wanted; commands.authenticate(takeToken(PLACES)); },
     setLean: (wanted) => { lean.value = wanted; link.setLean(wanted); },
     logIn: (given) => { keepToken(PLACES, given); commands.authenticate(given); },
