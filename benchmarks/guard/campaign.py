@@ -8,23 +8,20 @@ whole robots, ``operators`` has the library's own drive over links of 0 to 1 s, 
 
 from __future__ import annotations
 
-import json
 import os
 import sys
 from collections import Counter
-from collections.abc import Callable, Iterator, Sequence
-from dataclasses import asdict
+from collections.abc import Iterator, Sequence
 from itertools import product
-from multiprocessing import Pool
 from pathlib import Path
 from typing import Final
 
 from benchmarks.common.figures import Figure
-from benchmarks.common.progress import with_progress
 from benchmarks.common.sheet import Sheet
 from benchmarks.guard import operators, wire
 from benchmarks.guard.drivers import DRIVERS, Nearest
 from benchmarks.guard.judge import DRIVE, Judge, Outcome, Plan
+from benchmarks.guard.resumed import resumed
 from benchmarks.guard.worlds import SCENES, world_of
 from localization.types import SECOND, Scan, Twist
 from robot_sim import TICK_NS, Simulation
@@ -44,25 +41,22 @@ WIRE: Final = 2000.0
 
 def main(words: Sequence[str] = (), out: Path | None = None) -> int:
     """Drive what is missing, and print the sums."""
-    if not words:
-        print(
-            "guard FOLDER [SECONDS | wire | operators]: name a folder for the drives",
-            file=sys.stderr,
-        )
-        return 2
-    folder, sheet = Path(words[0]), Sheet(out)
-    folder.mkdir(parents=True, exist_ok=True)
-    begin = _cpu_seconds()
+    folder, begin = Path(words[0]) if words else Path(), _cpu_seconds()
     match words[1:]:
         case ["operators"]:
             part, figures = "operators", operators.campaign(folder)
         case ["wire"]:
-            done = driven(folder / "wire.jsonl", plan(WIRE), wire.drive)
+            done = resumed(folder / "wire.jsonl", plan(WIRE), wire.drive, Outcome)
             part, figures = "wire", list(_figures("over the wire", done, WIRE))
-        case rest:
-            done = driven(folder / "drives.jsonl", plan(float(rest[0]) if rest else ALL), drive)
+        case [] | [_] as rest if words and all(map(str.isdecimal, rest)):
+            drives = plan(float(rest[0]) if rest else ALL)
+            done = resumed(folder / "drives.jsonl", drives, drive, Outcome)
             part, figures = "campaign", list(_figures("adversarial drivers", done, ALL))
-    sheet.put(part, figures, seconds=_cpu_seconds() - begin)
+        case _:
+            usage = "guard FOLDER [SECONDS | wire | operators]: name a folder for the drives"
+            print(f"{usage}, and what is driven: whole seconds of robot time", file=sys.stderr)
+            return 2
+    Sheet(out).put(part, figures, seconds=_cpu_seconds() - begin)
     return 0
 
 
@@ -79,21 +73,6 @@ def plan(seconds: float) -> list[Plan]:
         for i in range(-(-round(seconds) // round(DRIVE)))
         for guarded in (True, False)
     ]
-
-
-def driven(file: Path, drives: list[Plan], drive: Callable[[Plan], Outcome]) -> list[Outcome]:
-    """Make the drives that a file does not hold yet, on all cores, and return them all."""
-    lines = file.read_text().splitlines() if file.exists() else []
-    done = [Outcome(**json.loads(line)) for line in lines]
-    known = {(o.scene, o.alive, o.driver, o.seed, o.guarded) for o in done}
-    missing = [one for one in drives if tuple(asdict(one).values()) not in known]
-    with file.open("a") as kept, Pool() as cores:
-        each = cores.imap_unordered(drive, missing)
-        for outcome in with_progress(each, len(missing), "drives"):
-            done.append(outcome)
-            kept.write(json.dumps(asdict(outcome)) + "\n")
-            kept.flush()
-    return done
 
 
 def _figures(case: str, done: Sequence[Outcome], seconds: float) -> Iterator[Figure]:

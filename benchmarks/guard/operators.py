@@ -6,16 +6,15 @@ has moved since the operator's map was made, and old commands are neither slowed
 
 from __future__ import annotations
 
-import json
 from collections.abc import Iterator
+from dataclasses import asdict, dataclass
 from itertools import product
-from multiprocessing import Pool
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Final
 
 from benchmarks.common.figures import Figure
-from benchmarks.common.progress import with_progress
+from benchmarks.guard.resumed import resumed
 from teleop.scenario.files.scenario import SCHEMA
 from teleop.scenario.session.run import run_scenario
 
@@ -33,64 +32,79 @@ _LONGEST: Final = 120.0
 """Time after which a drive counts as not arrived [s]."""
 
 
+@dataclass(frozen=True)
+class Trip:
+    """Which drive."""
+
+    scene: str
+    """Name of the scene."""
+    goal: str
+    """Name of the place to drive to."""
+    delay: float
+    """Round trip [s]."""
+    seed: int
+    """Seed of the robot, and of how furniture has moved."""
+    guarded: bool
+    """Whether the guard is on."""
+
+
+@dataclass(frozen=True)
+class Arrival(Trip):
+    """What came of it."""
+
+    seconds: float
+    """Time of the robot that it took [s]."""
+    arrived: float
+    """Goals that were reached."""
+    contacts: float
+    """Contacts."""
+
+
 def campaign(folder: Path) -> list[Figure]:
     """Drive what is missing in ``FOLDER/operators.jsonl``, and return the figures."""
-    file = folder / "operators.jsonl"
-    lines = file.read_text().splitlines() if file.exists() else []
-    done = [json.loads(line) for line in lines]
-    known = {(*d["route"], d["delay"], d["seed"], d["guarded"]) for d in done}
-    plan = list(product(_ROUTES, DELAYS, range(_SEEDS), (True, False)))
-    missing = [one for one in plan if (*one[0], *one[1:]) not in known]
-    with file.open("a") as kept, Pool() as cores:
-        each = cores.imap_unordered(_drive, missing)
-        for one in with_progress(each, len(missing), "drives"):
-            done.append(one)
-            kept.write(json.dumps(one) + "\n")
-            kept.flush()
-    return list(_figures(done))
+    plan = [
+        Trip(*route, delay, seed, guarded)
+        for route, delay, seed, guarded in product(_ROUTES, DELAYS, range(_SEEDS), (True, False))
+    ]
+    return list(_figures(resumed(folder / "operators.jsonl", plan, _drive, Arrival)))
 
 
-def _drive(one: tuple[tuple[str, str], float, int, bool]) -> dict[str, object]:
-    route, delay, seed, guarded = one
-    scene, goal = route
-    link = {"kind": "link", "at": 0, "lasting": _LONGEST, "delay": 0.5 * delay}
+def _drive(trip: Trip) -> Arrival:
+    link = {"kind": "link", "at": 0, "lasting": _LONGEST, "delay": 0.5 * trip.delay}
     scenario = SCHEMA.validate_python(
         {
             "format": 1,
             "name": "guard-by-delay",
-            "seed": seed,
+            "seed": trip.seed,
             "world": {
-                "scene": scene,
-                "rearranged": seed + 1,
+                "scene": trip.scene,
+                "rearranged": trip.seed + 1,
                 "stale_limits": False,
-                "guard": guarded,
+                "guard": trip.guarded,
             },
-            "mission": {"goals": [{"at": goal, "within": 1.0}], "time_limit": _LONGEST},
+            "mission": {"goals": [{"at": trip.goal, "within": 1.0}], "time_limit": _LONGEST},
             "operator": {"kind": "steering", "speed": 0.7},
-            "fault": [link] if delay else [],
+            "fault": [link] if trip.delay else [],
         }
     )
     with TemporaryDirectory() as runs:
         outcome = run_scenario(scenario, Path(runs) / "run")
-    return {
-        "route": route,
-        "delay": delay,
-        "seed": seed,
-        "guarded": guarded,
-        "seconds": outcome.robot_seconds,
-        "arrived": outcome.figures["goals"],
-        "contacts": outcome.figures["contacts"],
-    }
+    figures = outcome.figures
+    return Arrival(
+        **asdict(trip),
+        seconds=outcome.robot_seconds,
+        arrived=figures["goals"],
+        contacts=figures["contacts"],
+    )
 
 
-def _figures(done: list[dict[str, object]]) -> Iterator[Figure]:
+def _figures(done: list[Arrival]) -> Iterator[Figure]:
     for delay, guarded in product(DELAYS, (True, False)):
-        mine = [d for d in done if d["delay"] == delay and d["guarded"] is guarded]
+        mine = [d for d in done if d.delay == delay and d.guarded is guarded]
         case, method = f"round trip {delay:g} s", f"{'with' if guarded else 'without'} guard"
-        for quantity, key, unit in (
-            ("arrived", "arrived", ""),
-            ("contacts", "contacts", ""),
-            ("time", "seconds", "s"),
+        for quantity, total, unit in (
+            ("arrived", sum(d.arrived for d in mine), ""),
+            ("contacts", sum(d.contacts for d in mine), ""),
+            ("time", sum(d.seconds for d in mine), "s"),
         ):
-            total = sum(float(str(d[key])) for d in mine)
             yield Figure(case, method, quantity, total, unit, len(mine))

@@ -9,6 +9,7 @@ import pytest
 
 from benchmarks.guard import campaign, wire
 from benchmarks.guard.judge import Contacts, Outcome, Plan
+from benchmarks.guard.resumed import resumed
 from robot_sim import World, WorldOptions
 from robot_sim.worlds.loading import parse_world
 from tests.robot_sim.conftest import ROOM
@@ -74,11 +75,24 @@ def test_driver_who_steers_for_the_wall_meets_it_only_without_the_guard(way: Mod
 
 def test_campaign_drives_only_what_its_file_does_not_hold(tmp_path: Path) -> None:
     file, drives = tmp_path / "drives.jsonl", campaign.plan(120.0)
-    first = campaign.driven(file, drives, _short)
+    first = resumed(file, drives, _short, Outcome)
     assert {(o.seed, o.guarded) for o in first} == {(0, True), (0, False)}
     lines = file.read_text()
-    assert len(campaign.driven(file, campaign.plan(240.0), _short)) == 4
+    assert len(resumed(file, campaign.plan(240.0), _short, Outcome)) == 4
     assert file.read_text().startswith(lines)
+
+
+@pytest.mark.parametrize("words", [[], ["drives", "fast"], ["drives", "wire", "120"]])
+def test_words_that_are_no_part_of_the_campaign_are_answered_with_those_that_are(
+    words: list[str],
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    assert campaign.main(words) == 2
+    assert "FOLDER [SECONDS | wire | operators]" in capsys.readouterr().err
+    assert not list(tmp_path.iterdir())
 
 
 def _short(plan: Plan) -> Outcome:
