@@ -93,7 +93,7 @@ def _drive(trip: Trip) -> Arrival:
     return Arrival(
         **asdict(trip),
         seconds=outcome.robot_seconds,
-        arrived=figures["goals"],
+        arrived=figures["goals_reached"],
         contacts=figures["contacts"],
     )
 
