@@ -1,9 +1,9 @@
-"""``python -m benchmarks guard FOLDER [SECONDS | wire | operators] [--out FILE]``: drivers who mean to hit something.
+"""``python -m benchmarks guard FOLDER [SECONDS | wire | operators | cost] [--out FILE]``: drivers who mean to hit something.
 
 Each drive is 120 s in one of ten worlds, of one driver and one seed, with the guard and without it, with physics and
 scanners and without localiser or socket; one on each core. It appends a line to ``FOLDER/drives.jsonl``; those that are
 there already are not driven again, so that a campaign goes on where it ended. ``wire`` has 2000 s driven by clients of
-whole robots, ``operators`` has the library's own drive over links of 0 to 1 s, likewise.
+whole robots, ``cost`` takes the time, ``operators`` has the library's own drive over links of 0 to 1 s, likewise.
 """
 
 from __future__ import annotations
@@ -18,17 +18,11 @@ from typing import Final
 
 from benchmarks.common.figures import Figure
 from benchmarks.common.sheet import Sheet
-from benchmarks.guard import operators, wire
-from benchmarks.guard.drivers import DRIVERS, Nearest
-from benchmarks.guard.judge import DRIVE, Judge, Outcome, Plan
+from benchmarks.guard import cost, operators, physics, wire
+from benchmarks.guard.drivers import DRIVERS
+from benchmarks.guard.judge import DRIVE, Outcome, Plan
 from benchmarks.guard.resumed import resumed
-from benchmarks.guard.worlds import SCENES, world_of
-from localization.types import SECOND, Scan, Twist
-from robot_sim import TICK_NS, Simulation
-from teleop.joystick import VelocityRequest
-from teleop.robot.drive import Drive
-from teleop.robot.guard.guard import Guard
-from teleop.robot.inbox import DriveCommand
+from benchmarks.guard.worlds import SCENES
 
 TAKES_WORDS = True
 WORLDS: Final = tuple(product(SCENES, (False, True)))
@@ -45,15 +39,17 @@ def main(words: Sequence[str] = (), out: Path | None = None) -> int:
     match words[1:]:
         case ["operators"]:
             part, figures = "operators", operators.campaign(folder)
+        case ["cost"]:
+            part, figures = "cost", list(cost.figures())
         case ["wire"]:
             done = resumed(folder / "wire.jsonl", plan(WIRE), wire.drive, Outcome)
             part, figures = "wire", list(_figures("over the wire", done, WIRE))
         case [] | [_] as rest if words and all(map(str.isdecimal, rest)):
             drives = plan(float(rest[0]) if rest else ALL)
-            done = resumed(folder / "drives.jsonl", drives, drive, Outcome)
+            done = resumed(folder / "drives.jsonl", drives, physics.drive, Outcome)
             part, figures = "campaign", list(_figures("adversarial drivers", done, ALL))
         case _:
-            usage = "guard FOLDER [SECONDS | wire | operators]: name a folder for the drives"
+            usage = "guard FOLDER [SECONDS | wire | operators | cost]: name a folder for the drives"
             print(f"{usage}, and what is driven: whole seconds of robot time", file=sys.stderr)
             return 2
     Sheet(out).put(part, figures, seconds=_cpu_seconds() - begin)
@@ -94,25 +90,3 @@ def _figures(case: str, done: Sequence[Outcome], seconds: float) -> Iterator[Fig
             yield Figure(case, method, quantity, count, n=n)
         names = sum((Counter(o.names) for o in mine), Counter[str]())
         print(method, ", ".join(f"{n} {name}" for name, n in names.most_common(8)) or "no contact")
-
-
-def drive(plan: Plan, seconds: float = DRIVE) -> Outcome:
-    """Make one drive of so many seconds."""
-    world = world_of(plan.scene, plan.alive)
-    simulation = Simulation(world, seed=plan.seed)
-    guard = Guard(world.robot, simulation.mounts, simulation.config.drive) if plan.guarded else None
-    robot, judge = Drive(simulation, guard=guard), Judge(world)
-    draw, nearest, until = DRIVERS[plan.driver], None, 0
-    rng = plan.rng()
-    for tick in range(round(seconds * SECOND / TICK_NS)):
-        if tick >= until:
-            stick = draw(rng, nearest)
-            until = tick + stick.ticks
-        request = VelocityRequest(Twist.planar(stick.forward, stick.turn), enabled=True)
-        command = DriveCommand("driver", request, age=stick.age, stream=True)
-        record = robot.tick(simulation.stamp, (command,))
-        for scan in record.sensed:
-            if isinstance(scan, Scan) and scan.scanner == "laser_horizontal":
-                nearest = Nearest.of(scan.ranges, scan.angles)
-        judge.take(record)
-    return judge.outcome(plan)

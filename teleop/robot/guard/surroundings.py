@@ -129,8 +129,11 @@ class Surroundings:
 
     def take_bumpers(self, bumpers: Bumpers, odometry: Odometry, stamp: int) -> None:
         """Take the bumpers after a tick: what no scanner has seen is remembered where they met it."""
-        known = odometry.into_base(self._points[:, :2])
-        self._touched.add(bumpers, known, odometry, stamp)
+        if bumpers.pressed or len(self._touched.xy):
+            known = odometry.into_base(self._points[:, :2])
+            self._touched.add(bumpers, known, odometry, stamp)
+        else:
+            self._touched.release()
 
     def forget(self, since: int = 0) -> None:
         """Forget all points, and those of vertical scans that began before a time [ns]: the robot stands elsewhere."""

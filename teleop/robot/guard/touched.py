@@ -23,6 +23,7 @@ _NEAR: Final = 1.0
 backed off by 0.75 m."""
 _SEEN: Final = 0.1
 """Distance from a known point up to which it was that one which was met [m]: the scanners follow it."""
+_RELEASED: Final = np.zeros((2, SEGMENTS), bool)
 
 
 class Touched:
@@ -35,7 +36,7 @@ class Touched:
             outline: The robot's, whose ends carry the bumpers.
         """
         self._ends = np.array([_segments(outline, 0.0), _segments(outline, math.pi)[::-1]])
-        self._before = Bumpers()
+        self._pressed = _RELEASED
         self._points = np.zeros((0, 3))
 
     @property
@@ -52,17 +53,21 @@ class Touched:
             odometry: Where the robot is.
             stamp: Now [ns].
         """
-        before, self._before = self._before, bumpers
-        if bumpers.pressed and bumpers != before:
-            now, then = (np.array((b.front, b.rear)) for b in (bumpers, before))
-            begun = self._ends[now & ~then].reshape(-1, 2)
+        now = np.array((bumpers.front, bumpers.rear))
+        begun = self._ends[now & ~self._pressed].reshape(-1, 2)
+        self._pressed = now
+        if len(begun):
             apart = np.hypot(*(begun[:, None, :] - known[None, :, :]).transpose(2, 0, 1))
-            if len(begun) and apart.min(initial=math.inf) > _SEEN:
+            if apart.min(initial=math.inf) > _SEEN:
                 fresh = np.column_stack((odometry.out_of_base(begun), np.full(len(begun), stamp)))
                 self._points = np.concatenate((self._points, fresh))
         if len(self._points):
             near = np.hypot(*odometry.into_base(self.xy).T) < _NEAR
             self._points = self._points[near & (self._points[:, 2] > stamp - _KEPT)]
+
+    def release(self) -> None:
+        """Take that no bumper is pressed."""
+        self._pressed = _RELEASED
 
     def forget(self) -> None:
         """Forget them: the robot stands elsewhere."""

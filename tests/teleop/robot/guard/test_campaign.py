@@ -7,7 +7,7 @@ from types import ModuleType
 
 import pytest
 
-from benchmarks.guard import campaign, wire
+from benchmarks.guard import campaign, physics, wire
 from benchmarks.guard.judge import Contacts, Outcome, Plan
 from benchmarks.guard.resumed import resumed
 from robot_sim import World, WorldOptions
@@ -60,7 +60,7 @@ def test_wall_that_the_robot_leans_on_is_one_contact_though_it_trembles() -> Non
 @pytest.mark.parametrize(
     "way",
     [
-        pytest.param(campaign, id="in process"),
+        pytest.param(physics, id="in process"),
         pytest.param(wire, id="over the wire", marks=pytest.mark.slow),
     ],
 )
@@ -91,9 +91,9 @@ def test_words_that_are_no_part_of_the_campaign_are_answered_with_those_that_are
 ) -> None:
     monkeypatch.chdir(tmp_path)
     assert campaign.main(words) == 2
-    assert "FOLDER [SECONDS | wire | operators]" in capsys.readouterr().err
+    assert "FOLDER [SECONDS | wire | operators | cost]" in capsys.readouterr().err
     assert not list(tmp_path.iterdir())
 
 
 def _short(plan: Plan) -> Outcome:
-    return campaign.drive(plan, 0.1)
+    return physics.drive(plan, 0.1)
