@@ -123,6 +123,11 @@ def _plain(figure: Figure) -> dict[str, str | float | int | None]:
     return kept
 
 
+def cpu_seconds() -> float:
+    """Return the processor time of this process, and of those that have driven for it [s]."""
+    return sum(os.times()[:4])
+
+
 def processor() -> str:
     """Return what the machine calls its processor."""
     info = Path("/proc/cpuinfo")

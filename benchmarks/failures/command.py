@@ -1,4 +1,4 @@
-"""``python -m benchmarks failures FOLDER [TRIALS]``: what fails while a robot is driven, and whether it stands in time.
+"""``python -m benchmarks failures FOLDER [TRIALS] [--out FILE]``: what fails while a robot is driven, and whether it stands in time.
 
 Each of 1000 trials has a seed, a driver (plain WebSocket, roslibpy, roslib for JavaScript, the console in Chromium), a
 speed, and a failure at a random moment of its drive: of the driver's process, of what it sends, of the link, of the
@@ -12,12 +12,14 @@ import asyncio
 import json
 import sys
 import tempfile
-from collections import defaultdict
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 import numpy as np
 
+from benchmarks.common.figures import Figure, say
 from benchmarks.common.progress import with_progress
+from benchmarks.common.sheet import Sheet, cpu_seconds
 from benchmarks.failures.judgement import LAG, REQUEST, Wheels
 from benchmarks.failures.trials import Plan, Trial, made, planned
 from benchmarks.wire.served_robot import served_robot
@@ -28,11 +30,14 @@ _LOT = 20
 """Trials with one robot, whose log is then read."""
 
 
-def main(words: list[str] | None = None) -> int:
+def main(words: Sequence[str] = (), out: Path | None = None) -> int:
     """Make the trials that are missing, and print the figures of all."""
-    if not words:
-        print("failures FOLDER [TRIALS]: name a folder for the trials", file=sys.stderr)
+    if len(words) not in (1, 2) or not all(map(str.isdecimal, words[1:])):
+        print(
+            "failures FOLDER [TRIALS]: name a folder for the trials, and how many", file=sys.stderr
+        )
         return 2
+    begun = cpu_seconds()
     file = Path(words[0]) / "trials.jsonl"
     file.parent.mkdir(parents=True, exist_ok=True)
     lines = file.read_text().splitlines() if file.exists() else []
@@ -42,13 +47,20 @@ def main(words: list[str] | None = None) -> int:
         seed for seed in range(int(words[1]) if len(words) > 1 else TRIALS) if seed not in known
     ]
     lots = [missing[i : i + _LOT] for i in range(0, len(missing), _LOT)]
-    with file.open("a") as out:
+    with file.open("a") as kept:
         for lot in with_progress(lots, len(lots), f"lots of {_LOT} trials"):
             for line in asyncio.run(_lot([planned(seed) for seed in lot])):
                 done.append(line)
-                out.write(json.dumps(line) + "\n")
-            out.flush()
-    return _print(done)
+                kept.write(json.dumps(line) + "\n")
+            kept.flush()
+    figures = list(_figures(done))
+    Sheet(out).put("failures", figures, seconds=cpu_seconds() - begun)
+    for line in done:
+        if line.get("failed"):
+            say(
+                f"  FAILED seed {line['seed']}, {line['driver']}, {line['failure']}: {line['failed']}"
+            )
+    return int(any(figure.verdict == "missed" for figure in figures))
 
 
 async def _lot(plans: list[Plan]) -> list[dict[str, object]]:
@@ -82,27 +94,17 @@ async def _lot(plans: list[Plan]) -> list[dict[str, object]]:
         return lines
 
 
-def _print(done: list[dict[str, object]]) -> int:
-    by_failure = defaultdict(list)
-    for line in done:
-        by_failure[str(line["failure"])].append(line)
-    print(f"  allowed: {REQUEST:.2f} s until the command is zero, and {LAG:.2f} s of the servos")
-    print(f"  {'failure':16s} {'trials':>6s} {'void':>5s} {'braked after s: p50':>20s} {'max':>6s}")
-    for failure, lines in sorted(by_failure.items()):
-        good = [line for line in lines if "void" not in line]
-        times = [float(str(line["braked_after"])) for line in good] or [np.nan]
-        print(
-            f"  {failure:16s} {len(good):6d} {len(lines) - len(good):5d} {np.median(times):20.3f} {max(times):6.3f}"
-        )
-    bad = [line for line in done if line.get("failed")]
-    for line in bad:
-        print(
-            f"  FAILED seed {line['seed']}, {line['driver']}, {line['failure']}: {line['failed']}"
-        )
+def _figures(done: list[dict[str, object]]) -> Iterator[Figure]:
     counted = [line for line in done if "void" not in line]
-    drivers = {
-        d: sum(line["driver"] == d for line in counted)
-        for d in {str(line["driver"]) for line in done}
-    }
-    print(f"  {len(bad)} of {len(counted)} failed; drivers: {drivers}")
-    return 1 if bad else 0
+    case, method, longest = "something fails", "all", REQUEST + LAG
+    yield Figure(case, method, "trials", len(counted), n=len(done), least=TRIALS)
+    failed = sum(bool(line["failed"]) for line in counted)
+    yield Figure(case, method, "not in time, or too far", failed, n=len(counted), most=0)
+    for driver in sorted({str(line["driver"]) for line in counted}):
+        n = sum(line["driver"] == driver for line in counted)
+        yield Figure(case, driver, "trials", n, n=n, least=50 if driver == "page" else None)
+    for failure in sorted({str(line["failure"]) for line in counted}):
+        times = [float(str(x["braked_after"])) for x in counted if x["failure"] == failure]
+        middle, most = float(np.median(times)), max(times)
+        yield Figure(case, failure, "braked after, middle", middle, "s", len(times))
+        yield Figure(case, failure, "braked after, most", most, "s", len(times), most=longest)

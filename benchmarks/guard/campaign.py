@@ -8,7 +8,6 @@ whole robots, ``cost`` takes the time, ``operators`` has the library's own drive
 
 from __future__ import annotations
 
-import os
 import sys
 from collections import Counter
 from collections.abc import Iterator, Sequence
@@ -17,7 +16,7 @@ from pathlib import Path
 from typing import Final
 
 from benchmarks.common.figures import Figure
-from benchmarks.common.sheet import Sheet
+from benchmarks.common.sheet import Sheet, cpu_seconds
 from benchmarks.guard import cost, operators, physics, wire
 from benchmarks.guard.drivers import DRIVERS
 from benchmarks.guard.judge import DRIVE, Outcome, Plan
@@ -35,7 +34,7 @@ WIRE: Final = 2000.0
 
 def main(words: Sequence[str] = (), out: Path | None = None) -> int:
     """Drive what is missing, and print the sums."""
-    folder, begin = Path(words[0]) if words else Path(), _cpu_seconds()
+    folder, begin = Path(words[0]) if words else Path(), cpu_seconds()
     match words[1:]:
         case ["operators"]:
             part, figures = "operators", operators.campaign(folder)
@@ -52,13 +51,8 @@ def main(words: Sequence[str] = (), out: Path | None = None) -> int:
             usage = "guard FOLDER [SECONDS | wire | operators | cost]: name a folder for the drives"
             print(f"{usage}, and what is driven: whole seconds of robot time", file=sys.stderr)
             return 2
-    Sheet(out).put(part, figures, seconds=_cpu_seconds() - begin)
+    Sheet(out).put(part, figures, seconds=cpu_seconds() - begin)
     return 0
-
-
-def _cpu_seconds() -> float:
-    """Return the processor time of this process, and of those that have driven for it [s]."""
-    return sum(os.times()[:4])
 
 
 def plan(seconds: float) -> list[Plan]:

@@ -28,7 +28,7 @@ _ROUTES: Final = (
 )
 """Scenes, and where to."""
 _SEEDS: Final = 3
-_LONGEST: Final = 120.0
+_LONGEST: Final = 300.0
 """Time after which a drive counts as not arrived [s]."""
 
 

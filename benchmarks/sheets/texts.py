@@ -135,7 +135,7 @@ Printed by `python -m benchmarks.sheets` from `benchmarks/results/guard.json`; a
 guard FOLDER` measures it: drives of 120 s by drivers who mean ill (random, along walls, in bursts, backwards, in turbo, up to
 2 s late) in five scenes, each as it was mapped, and with its people and moved furniture; physics and scanners, no localiser.
 *Over the wire* they are clients of whole robots. *Round trips* are those of the library's own operators, twelve drives to a
-place past moved furniture, of at most 120 s each, without limits on old commands. [Safety](../safety.md) reads it.
+place past moved furniture, of at most 300 s each, without limits on old commands. [Safety](../safety.md) reads it.
 
 *What is seen*: things that the horizontal scanner's plane crosses. *Lower and higher*: all others. A robot *stands* whose
 fastest point is slower than 0.05 m/s, what its brake takes away in 0.05 s. What is touched again
