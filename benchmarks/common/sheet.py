@@ -14,7 +14,6 @@ import os
 import platform
 import subprocess
 import sys
-import time
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import fields
 from functools import cache
@@ -170,12 +169,12 @@ def measure(
     """
     sheet = Sheet(out)
     for name, part in parts.items():
-        begun, figures = time.process_time(), list[Figure]()
+        begun, figures = cpu_seconds(), list[Figure]()
         say(f" {name}")
         for figure in part():
             _show(figure, figures[-1] if figures else None)
             figures.append(figure)
-        seconds = time.process_time() - begun
+        seconds = cpu_seconds() - begun
         sheet.put(name, figures, seconds=seconds)
         say(f"   ({seconds:.0f} s of CPU)")
     if whole:

@@ -19,7 +19,7 @@ import numpy as np
 
 from benchmarks.common.figures import Figure, say
 from benchmarks.common.progress import with_progress
-from benchmarks.common.sheet import Sheet, cpu_seconds
+from benchmarks.common.sheet import measure
 from benchmarks.failures.judgement import LAG, REQUEST, Wheels
 from benchmarks.failures.trials import Plan, Trial, made, planned
 from benchmarks.wire.served_robot import served_robot
@@ -37,15 +37,26 @@ def main(words: Sequence[str] = (), out: Path | None = None) -> int:
             "failures FOLDER [TRIALS]: name a folder for the trials, and how many", file=sys.stderr
         )
         return 2
-    begun = cpu_seconds()
-    file = Path(words[0]) / "trials.jsonl"
+    file, bad = Path(words[0]) / "trials.jsonl", list[dict[str, object]]()
+
+    def figures() -> Iterator[Figure]:
+        done = _trials(file, int(words[1]) if len(words) > 1 else TRIALS)
+        bad.extend(line for line in done if line.get("failed"))
+        yield from _figures(done)
+
+    measure({"failures": figures}, out, whole=False)
+    for line in bad:
+        say(f"  FAILED seed {line['seed']}, {line['driver']}, {line['failure']}: {line['failed']}")
+    return int(bool(bad))
+
+
+def _trials(file: Path, count: int) -> list[dict[str, object]]:
+    """Make the trials that a file does not hold yet, and return all that it holds."""
     file.parent.mkdir(parents=True, exist_ok=True)
     lines = file.read_text().splitlines() if file.exists() else []
     done = [json.loads(line) for line in lines]
     known = {line["seed"] for line in done}
-    missing = [
-        seed for seed in range(int(words[1]) if len(words) > 1 else TRIALS) if seed not in known
-    ]
+    missing = [seed for seed in range(count) if seed not in known]
     lots = [missing[i : i + _LOT] for i in range(0, len(missing), _LOT)]
     with file.open("a") as kept:
         for lot in with_progress(lots, len(lots), f"lots of {_LOT} trials"):
@@ -53,14 +64,7 @@ def main(words: Sequence[str] = (), out: Path | None = None) -> int:
                 done.append(line)
                 kept.write(json.dumps(line) + "\n")
             kept.flush()
-    figures = list(_figures(done))
-    Sheet(out).put("failures", figures, seconds=cpu_seconds() - begun)
-    for line in done:
-        if line.get("failed"):
-            say(
-                f"  FAILED seed {line['seed']}, {line['driver']}, {line['failure']}: {line['failed']}"
-            )
-    return int(any(figure.verdict == "missed" for figure in figures))
+    return done
 
 
 async def _lot(plans: list[Plan]) -> list[dict[str, object]]:

@@ -11,12 +11,13 @@ from __future__ import annotations
 import sys
 from collections import Counter
 from collections.abc import Iterator, Sequence
+from functools import partial
 from itertools import product
 from pathlib import Path
 from typing import Final
 
 from benchmarks.common.figures import Figure
-from benchmarks.common.sheet import Sheet, cpu_seconds
+from benchmarks.common.sheet import measure
 from benchmarks.guard import cost, operators, physics, wire
 from benchmarks.guard.drivers import DRIVERS
 from benchmarks.guard.judge import DRIVE, Outcome, Plan
@@ -34,25 +35,32 @@ WIRE: Final = 2000.0
 
 def main(words: Sequence[str] = (), out: Path | None = None) -> int:
     """Drive what is missing, and print the sums."""
-    folder, begin = Path(words[0]) if words else Path(), cpu_seconds()
+    folder = Path(words[0]) if words else Path()
     match words[1:]:
         case ["operators"]:
-            part, figures = "operators", operators.campaign(folder)
+            measure({"operators": partial(operators.campaign, folder)}, out, whole=False)
         case ["cost"]:
-            part, figures = "cost", list(cost.figures())
+            measure({"cost": cost.figures}, out, whole=False)
         case ["wire"]:
-            done = resumed(folder / "wire.jsonl", plan(WIRE), wire.drive, Outcome)
-            part, figures = "wire", list(_figures("over the wire", done, WIRE))
+            measure({"wire": partial(_wire, folder)}, out, whole=False)
         case [] | [_] as rest if words and all(map(str.isdecimal, rest)):
-            drives = plan(float(rest[0]) if rest else ALL)
-            done = resumed(folder / "drives.jsonl", drives, physics.drive, Outcome)
-            part, figures = "campaign", list(_figures("adversarial drivers", done, ALL))
+            seconds = float(rest[0]) if rest else ALL
+            measure({"campaign": partial(_campaign, folder, seconds)}, out, whole=False)
         case _:
             usage = "guard FOLDER [SECONDS | wire | operators | cost]: name a folder for the drives"
             print(f"{usage}, and what is driven: whole seconds of robot time", file=sys.stderr)
             return 2
-    Sheet(out).put(part, figures, seconds=cpu_seconds() - begin)
     return 0
+
+
+def _campaign(folder: Path, seconds: float) -> Iterator[Figure]:
+    done = resumed(folder / "drives.jsonl", plan(seconds), physics.drive, Outcome)
+    yield from _figures("adversarial drivers", done, ALL)
+
+
+def _wire(folder: Path) -> Iterator[Figure]:
+    done = resumed(folder / "wire.jsonl", plan(WIRE), wire.drive, Outcome)
+    yield from _figures("over the wire", done, WIRE)
 
 
 def plan(seconds: float) -> list[Plan]:

@@ -60,13 +60,13 @@ class Arrival(Trip):
     """Contacts."""
 
 
-def campaign(folder: Path) -> list[Figure]:
-    """Drive what is missing in ``FOLDER/operators.jsonl``, and return the figures."""
+def campaign(folder: Path) -> Iterator[Figure]:
+    """Drive what is missing in ``FOLDER/operators.jsonl``, and yield the figures."""
     plan = [
         Trip(*route, delay, seed, guarded)
         for route, delay, seed, guarded in product(_ROUTES, DELAYS, range(_SEEDS), (True, False))
     ]
-    return list(_figures(resumed(folder / "operators.jsonl", plan, _drive, Arrival)))
+    yield from _figures(resumed(folder / "operators.jsonl", plan, _drive, Arrival))
 
 
 def _drive(trip: Trip) -> Arrival:

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import json
 from pathlib import Path
 
 import numpy as np
 import pytest
 
+from benchmarks.common.sheet import Sheet
+from benchmarks.failures.command import main
 from benchmarks.failures.judgement import BRAKING, REQUEST, Wheels
 from benchmarks.failures.trials import DRIVERS, FAILURES, planned
 from localization.logs.mcap_writer import ReadingsWriter
@@ -64,3 +67,21 @@ def test_a_thousand_seeds_have_every_failure_with_every_driver_that_can_have_it(
         if driver != "page" or failure not in talk
     }
     assert sum(plan.driver == "page" for plan in plans) >= 50
+
+
+def test_trials_are_counted_by_driver_and_by_what_failed_and_a_late_stop_is_told(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    trial = {"driver": "page", "failure": "killed", "braked_after": 0.4, "failed": ""}
+    late = {"driver": "roslib", "braked_after": 0.9, "failed": "braked after 0.900 s"}
+    lines = [{"seed": 0, **trial}, {"seed": 1, **trial, **late}, {"seed": 2, **trial, "void": "x"}]
+    (tmp_path / "trials.jsonl").write_text("".join(json.dumps(line) + "\n" for line in lines))
+    out = tmp_path / "failures.json"
+    assert main([str(tmp_path), "3"], out) == 1
+    figures = {(f.method, f.quantity): f for f in Sheet(out).parts["failures"]}
+    assert figures["all", "trials"].value == 2
+    assert figures["all", "not in time, or too far"].verdict == "missed"
+    assert figures["page", "trials"].value == 1
+    assert figures["killed", "braked after, most"].value == 0.9
+    assert "FAILED seed 1, roslib, killed: braked after 0.900 s" in capsys.readouterr().out
+    assert main([str(tmp_path), "many"]) == 2
