@@ -21,6 +21,7 @@ from localization.maps.cloud import Cloud
 from localization.types import Pose
 from robot_sim import World
 from teleop.console.lan.certificate import ensure_certificate
+from teleop.robot.guard.verdict import GuardState
 from teleop.robot.serving.serve_config import ServeConfig
 from tests.teleop.console.arm_hands import office_with_parcel
 from tests.teleop.console.conftest import PATIENCE, Pages, Served
@@ -121,15 +122,24 @@ async def test_way_ahead_ends_in_a_headset_where_the_guard_stops_the_robot(
         def driven() -> float:
             return float(20.9 - robot.simulation.truth().map_from_base.position[0])
 
-        hold = grip(page)
-        await hold_until(page, hold, lambda: robot.speed > 0.1, "that it drives")
-        ends = []
-        async with asyncio.timeout(PATIENCE):
-            while robot.speed > 0.05:
+        ends: list[float] = []
+
+        async def watch() -> None:
+            while True:
                 way = await page.evaluate("farsteerFigures().way ?? null")
                 if way is not None and way["cut"]:
                     ends.append(driven() + way["length"])
                 await asyncio.sleep(0.02)
+
+        states: list[GuardState] = []
+        robot.service.stepped.observers += (lambda tick: states.append(tick.drive.guard.state),)
+
+        def stopped() -> bool:
+            return robot.speed < 0.01 and states[-1] is GuardState.STOPPED
+
+        hold, watching = grip(page), asyncio.create_task(watch())
+        await hold_until(page, hold, stopped, "that the guard stops it")
+        watching.cancel()
         await hold(False)
         assert len(ends) > 3
         assert np.median(ends) == pytest.approx(driven(), abs=0.15)
