@@ -69,7 +69,7 @@ def test_a_thousand_seeds_have_every_failure_with_every_driver_that_can_have_it(
     assert sum(plan.driver == "page" for plan in plans) >= 50
 
 
-def test_trials_are_counted_by_driver_and_by_what_failed_and_a_late_stop_is_told(
+def test_trials_are_counted_by_driver_and_by_what_failed_and_a_late_stop_is_reported(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     trial = {"driver": "page", "failure": "killed", "braked_after": 0.4, "failed": ""}
