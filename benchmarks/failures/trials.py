@@ -267,9 +267,10 @@ def _family(pid: int) -> Iterator[int]:
     while waiting:
         one = waiting.pop()
         yield one
-        with contextlib.suppress(OSError):
-            children = Path(f"/proc/{one}/task/{one}/children").read_text().split()
-            waiting += [int(child) for child in children]
+        # Each thread has children of its own, and a process that is started again comes from another thread.
+        for children in Path(f"/proc/{one}/task").glob("*/children"):
+            with contextlib.suppress(OSError):
+                waiting += map(int, children.read_text().split())
 
 
 def _child(pid: int, name: str) -> int:
