@@ -34,6 +34,7 @@ class Searcher:
     world: PreparedMap
     pyramid: Pyramid
     config: SearchConfig
+    beams: BeamClassifier
     hints: HintSearch
     """The localiser's own, for hints."""
 
@@ -42,7 +43,10 @@ def searcher_of(world: PreparedMap, height: float) -> Searcher:
     """Make a map ready; ``height`` is that of the horizontal scanner [m]."""
     config = SearchConfig()
     plan = FloorPlan(world, height, cell=config.cell, sigma=config.field_sigma)
-    return Searcher(world, Pyramid(plan), config, HintSearch(world, plan, config))
+    beams = BeamClassifier(world)
+    return Searcher(
+        world, Pyramid(plan), config, beams, HintSearch(world, plan, config, beams=beams)
+    )
 
 
 def right(found: Pose, truth: Pose) -> bool:
@@ -135,7 +139,7 @@ def kidnap_trial(searcher: Searcher, moments: Sequence[Moment]) -> Kidnapping:
     As the localiser does: what is found is believed only after some way, and if no place is left the
     search begins anew.
     """
-    settings, beams = HypothesesConfig(), BeamClassifier(searcher.world)
+    settings, beams = HypothesesConfig(), searcher.beams
     begin = moments[0]
     places, first_cost = _everywhere(searcher, begin)
     first_right = bool(places) and right(places[0].map_from_base, begin.truth)
@@ -177,7 +181,12 @@ def level_of(moment: Moment) -> Pose:
 def _everywhere(searcher: Searcher, moment: Moment) -> tuple[tuple[Candidate, ...], float]:
     return run(
         search_map(
-            moment.sweep, searcher.world, searcher.pyramid, level_of(moment), searcher.config
+            moment.sweep,
+            searcher.world,
+            searcher.pyramid,
+            level_of(moment),
+            searcher.config,
+            beams=searcher.beams,
         )
     )
 

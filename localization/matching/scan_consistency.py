@@ -69,7 +69,7 @@ class BeamClassifier:
         self._thin = _thin_walls(world)
 
     def classify(
-        self, sweep: Sweep, map_from_base: Pose, distances: FloatArray
+        self, sweep: Sweep, map_from_base: Pose, distances: FloatArray, *, every: bool = False
     ) -> ScanConsistency | None:
         """Return how a sweep agrees with the map; None without any return below where the map was cut.
 
@@ -77,6 +77,8 @@ class BeamClassifier:
             sweep: points in ``base_link``.
             map_from_base: the estimate.
             distances: (N,) distances of the points to the map there, as in ``Match`` [m].
+            every: whether each unexplained beam is traced, not a sample of them: a sample's error is as large as what
+                two places a decimetre apart differ by.
         """
         cut = self._world.cut_below(map_from_base.apply(sweep.points))
         count = int((~cut).sum())
@@ -87,7 +89,9 @@ class BeamClassifier:
         share = len(odd) / count
         if not len(odd):
             return ScanConsistency(share, 0.0, 0.0, 0.0)
-        odd = odd[np.linspace(0, len(odd) - 1, min(self.config.beams, len(odd))).astype(np.int64)]
+        if not every:
+            most = min(self.config.beams, len(odd))
+            odd = odd[np.linspace(0, len(odd) - 1, most).astype(np.int64)]
         start = map_from_base.apply(sweep.origins[odd])
         line = map_from_base.apply(sweep.points[odd]) - start
         length = np.sqrt(np.einsum("ij,ij->i", line, line))

@@ -19,6 +19,7 @@ import numpy.typing as npt
 from localization.geometry import FloatArray
 from localization.maps.prepared_map import PreparedMap
 from localization.matching.registration import RegistrationConfig
+from localization.matching.scan_consistency import BeamClassifier
 from localization.relocalization.floor_plan import FloorPlan, level_points
 from localization.relocalization.refinement import best_places, refined_places
 from localization.relocalization.search_config import SearchConfig
@@ -154,6 +155,8 @@ def search_map(
     config: SearchConfig = SearchConfig(),  # noqa: B008  (frozen)
     window: Window | None = None,
     registration: RegistrationConfig = RegistrationConfig(),  # noqa: B008  (frozen)
+    *,
+    beams: BeamClassifier,
 ) -> SearchWork:
     """Search the whole map or a window; yields the amount of each piece of work and returns the places found.
 
@@ -165,6 +168,7 @@ def search_map(
         config: steps and thresholds.
         window: if given, only places in it are examined, and fewer of them refined.
         registration: how places are registered.
+        beams: classifies the beams that a place does not explain.
 
     Returns:
         Distinct places, best first, each with the share of the sweep that it explains.
@@ -194,7 +198,7 @@ def search_map(
     most = c.refine if window is None else config.refine
     peaks = best_places(bounds, places, yaws[which], config, most=most)
     yield len(bounds)
-    return (yield from refined_places(sweep, world, peaks, level, config, registration))
+    return (yield from refined_places(sweep, world, peaks, level, config, registration, beams))
 
 
 def _yaws(window: Window | None, config: SearchConfig) -> FloatArray:

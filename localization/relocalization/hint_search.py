@@ -11,6 +11,7 @@ import numpy as np
 from localization.geometry import FloatArray
 from localization.maps.prepared_map import PreparedMap
 from localization.matching.registration import RegistrationConfig
+from localization.matching.scan_consistency import BeamClassifier
 from localization.relocalization.branch_and_bound import MapSearchConfig, Pyramid, search_map
 from localization.relocalization.floor_plan import FloorPlan
 from localization.relocalization.search_config import SearchConfig
@@ -121,6 +122,7 @@ class HintSearch:
         map_config: MapSearchConfig = MapSearchConfig(),  # noqa: B008  (frozen)
         registration: RegistrationConfig = RegistrationConfig(),  # noqa: B008  (frozen)
         *,
+        beams: BeamClassifier | None = None,
         same: Callable[[Pose, Pose], bool] = lambda a, b: a is b,
     ) -> None:
         """Build.
@@ -131,9 +133,11 @@ class HintSearch:
             config: how a window is searched, and what counts as found.
             map_config: how the whole map is searched.
             registration: how places are registered.
+            beams: classifies the beams that a place does not explain; one of its own if not given.
             same: whether two poses are so near to each other that a search from one serves for the other.
         """
         self.config, self._registration = config, registration
+        self._beams = BeamClassifier(world) if beams is None else beams
         self._same = same
         self._world, self._map_config = world, map_config
         self._pyramid = Pyramid(plan, map_config)
@@ -203,7 +207,14 @@ class HintSearch:
         level: Pose,
     ) -> SearchState:
         work = search_map(
-            sweep, self._world, self._pyramid, level, self.config, window, self._registration
+            sweep,
+            self._world,
+            self._pyramid,
+            level,
+            self.config,
+            window,
+            self._registration,
+            beams=self._beams,
         )
         task = SearchTask(hint, window, sweep, odom_from_base, level, ResumableSearch(work))
         # When readings are replayed, the search has been computed before.

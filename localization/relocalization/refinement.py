@@ -10,6 +10,7 @@ import numpy as np
 from localization.geometry import FloatArray
 from localization.maps.prepared_map import PreparedMap
 from localization.matching.registration import RegistrationConfig, register
+from localization.matching.scan_consistency import BeamClassifier
 from localization.relocalization.search_config import SearchConfig
 from localization.relocalization.search_work import REFINEMENT, SearchWork, Work
 from localization.relocalization.verification import (
@@ -19,7 +20,7 @@ from localization.relocalization.verification import (
     settled,
     standing,
 )
-from localization.types import Candidate, Pose, Sweep
+from localization.types import Candidate, Match, Pose, Sweep
 
 _LEAST_SCORE = 0.3
 """Places on the floor plan that score less are not refined."""
@@ -65,6 +66,7 @@ def refined_places(
     level: Pose,
     config: SearchConfig,
     registration: RegistrationConfig,
+    beams: BeamClassifier,
 ) -> SearchWork:
     """Refine places (x, y, yaw) against the cloud; yields the amount of work, returns the distinct ones."""
     max_tilt = config.max_tilt if world.ground.level else config.max_tilt_uneven
@@ -79,7 +81,7 @@ def refined_places(
             found.append(candidate)
     distinct = _distinct(found, config)
     for i, candidate in enumerate(distinct[: config.compared]):
-        distinct[i] = yield from _best_along(sweep, world, candidate, config, registration)
+        distinct[i] = yield from _best_along(sweep, world, candidate, config, registration, beams)
     # A neighbour along a corridor may be a place that was found already.
     return tuple(_distinct(distinct, config))
 
@@ -99,13 +101,22 @@ def _best_along(
     place: Candidate,
     config: SearchConfig,
     registration: RegistrationConfig,
+    beams: BeamClassifier,
 ) -> Work[Candidate]:
     """Compare a place with its neighbours in the direction that constrains the robot least.
 
     Refining ends where walls lie on walls. In a corridor or between shelves that is so every few
     decimetres, and of neighbours as near as that only one was refined.
     """
-    best, closest, match = settled(sweep, world, place.map_from_base, registration)
+
+    def fits(at: Pose) -> tuple[Candidate, float, Match]:
+        """Settle a pose; the closeness is that of the beams that end where something is mapped."""
+        seen, closeness, match = settled(sweep, world, at, registration)
+        classes = beams.classify(sweep, seen.map_from_base, match.distances, every=True)
+        mapped = 1.0 if classes is None else 1.0 - classes.unmapped
+        return seen, closeness / max(mapped, config.min_inlier_ratio), match
+
+    best, closest, match = fits(place.map_from_base)
     _, directions = np.linalg.eigh(match.information[:2, :2])
     pose = best.map_from_base
     for way in np.arange(1, round(config.neighbours / config.step) + 1) * config.step:
@@ -113,7 +124,7 @@ def _best_along(
         for sign in (-1.0, 1.0):
             offset = np.append(sign * way * directions[:, 0], 0.0)
             shifted = Pose(pose.position + offset, pose.quaternion_wxyz)
-            other, closeness, _ = settled(sweep, world, shifted, registration)
+            other, closeness, _ = fits(shifted)
             # A horizontal scan fits nothing more closely than the floor, once it has sunk there.
             climb = abs(float(other.map_from_base.position[2] - pose.position[2]))
             if closeness > closest and climb < 3.0 * SETTLING_SIGMA[2]:

@@ -220,7 +220,9 @@ class Relocalizer:
         self._beams = BeamClassifier(
             world, config.scan_consistency, inlier=config.registration.inlier_distance
         )
-        self._search = HintSearch(world, plan, c, config.map_search, config.registration, same=same)
+        self._search = HintSearch(
+            world, plan, c, config.map_search, config.registration, beams=self._beams, same=same
+        )
 
     def receive(
         self, state: RelocalizerState, hint: Hint, now: int, odom_then: Pose, current: CurrentPose

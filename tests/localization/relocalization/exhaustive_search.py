@@ -6,6 +6,7 @@ import numpy as np
 
 from localization.maps.prepared_map import PreparedMap
 from localization.matching.registration import RegistrationConfig
+from localization.matching.scan_consistency import BeamClassifier
 from localization.relocalization.floor_plan import FloorPlan, level_points
 from localization.relocalization.refinement import best_places, refined_places
 from localization.relocalization.search_config import SearchConfig
@@ -56,4 +57,5 @@ def exhaustive_search(
 
     heading, place = np.divmod(np.arange(scores.size), len(places))
     peaks = best_places(scores.ravel(), places[place], yaws[heading], config, most=config.refine)
-    return (yield from refined_places(sweep, world, peaks, level, config, RegistrationConfig()))
+    registration, beams = RegistrationConfig(), BeamClassifier(world)
+    return (yield from refined_places(sweep, world, peaks, level, config, registration, beams))
