@@ -54,5 +54,7 @@ class Resources:
             world, config.scan_consistency, inlier=config.registration.inlier_distance
         )
         self.kiss = KissOdometry(config.kiss)
-        self.relocalizer = Relocalizer(world, self.mounts, config, by_itself=self.match is not None)
+        self.relocalizer = Relocalizer(
+            world, self.mounts, config, self.beams, by_itself=self.match is not None
+        )
         self.cache = RegistrationCache(config.late_readings)

@@ -10,7 +10,7 @@ import numpy as np
 from localization.geometry import FloatArray
 from localization.maps.prepared_map import PreparedMap
 from localization.matching.registration import RegistrationConfig
-from localization.matching.scan_consistency import BeamClassifier, ScanConsistencyConfig
+from localization.matching.scan_consistency import BeamClassifier
 from localization.monitoring.health import horizontal_sigma
 from localization.motion.late_readings import LateReadingsConfig
 from localization.relocalization.branch_and_bound import FEWEST_POINTS, MapSearchConfig
@@ -55,10 +55,6 @@ class RelocalizerSettings(Protocol):
     @property
     def registration(self) -> RegistrationConfig:
         """How sweeps are registered."""
-
-    @property
-    def scan_consistency(self) -> ScanConsistencyConfig:
-        """How beams are classified."""
 
     @property
     def late_readings(self) -> LateReadingsConfig:
@@ -200,7 +196,13 @@ class Relocalizer:
     """Steps of the search for the robot; what is being searched for is in ``RelocalizerState``."""
 
     def __init__(
-        self, world: PreparedMap, mounts: Mounts, config: RelocalizerSettings, *, by_itself: bool
+        self,
+        world: PreparedMap,
+        mounts: Mounts,
+        config: RelocalizerSettings,
+        beams: BeamClassifier,
+        *,
+        by_itself: bool,
     ) -> None:
         """Build.
 
@@ -208,6 +210,7 @@ class Relocalizer:
             world: the prepared cloud.
             mounts: ``base_from_scanner`` by the scanner's frame.
             config: all settings.
+            beams: classifies the beams that a place does not explain.
             by_itself: whether a robot that does not know where it is searches without being asked to.
         """
         self._by_itself, self._schedule = by_itself, config.search_schedule
@@ -217,11 +220,9 @@ class Relocalizer:
         c = config.search
         plan = FloorPlan(world, height, cell=c.cell, sigma=c.field_sigma)
         same, self._registration = config.late_readings.same, config.registration
-        self._beams = BeamClassifier(
-            world, config.scan_consistency, inlier=config.registration.inlier_distance
-        )
+        self._beams = beams
         self._search = HintSearch(
-            world, plan, c, config.map_search, config.registration, beams=self._beams, same=same
+            world, plan, c, config.map_search, config.registration, beams=beams, same=same
         )
 
     def receive(

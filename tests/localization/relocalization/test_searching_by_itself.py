@@ -195,7 +195,7 @@ def test_doubt_with_each_scan_of_a_sparse_log_does_not_search_the_map_with_each(
     hall: PreparedMap,
 ) -> None:
     """A scan comes each 0.7 m and shows other walls than the last, as if the robot had been carried."""
-    relocalizer = Relocalizer(hall, MOUNTS, LocalizerConfig(), by_itself=True)
+    relocalizer = Relocalizer(hall, MOUNTS, LocalizerConfig(), BeamClassifier(hall), by_itself=True)
     state, begun = RelocalizerState(), 0
     for i in range(20):
         odom = Pose.planar(0.7 * i, 0.0, 0.0)
