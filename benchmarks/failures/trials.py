@@ -126,22 +126,20 @@ async def _fail(
         if plan.failure == "clock":
             # A clock that steps is no reason to stop; the driver that is lost after it is.
             await asyncio.sleep(0.3)
-            failed = time.time()
-            _end(driver, signal.SIGKILL)
+            failed = _end(driver, signal.SIGKILL)
         return failed
     failed = time.time()
     match plan.failure:
         case "killed":
-            _end(driver, signal.SIGKILL)
+            failed = _end(driver, signal.SIGKILL)
         case "two drivers":
             other = asyncio.create_task(_second(url, plan))
             await asyncio.sleep(0.2)
-            failed = time.time()
-            _end(driver, signal.SIGKILL)
+            failed = _end(driver, signal.SIGKILL)
             await asyncio.sleep(plan.length)
             other.cancel()
         case "frozen":
-            _end(driver, signal.SIGSTOP)
+            failed = _end(driver, signal.SIGSTOP)
             await asyncio.sleep(plan.length)
             _end(driver, signal.SIGCONT)
         case "blackhole":
@@ -159,8 +157,7 @@ async def _fail(
         case "estimator killed":
             os.kill(_child(pid, "estimator"), signal.SIGKILL)
             await asyncio.sleep(0.1)
-            failed = time.time()
-            _end(driver, signal.SIGKILL)
+            failed = _end(driver, signal.SIGKILL)
     return failed
 
 
@@ -254,11 +251,18 @@ async def _word(driver: asyncio.subprocess.Process, word: str) -> float:
     raise EOFError(f"the driver ended before it said {word!r}")
 
 
-def _end(driver: asyncio.subprocess.Process, kind: signal.Signals) -> None:
-    """Send a signal to a driver and all that it started; a browser has a process group of its own."""
-    for pid in [*_family(driver.pid)]:
+def _end(driver: asyncio.subprocess.Process, kind: signal.Signals) -> float:
+    """Send a signal to a driver and all that it started, and return when that began [s].
+
+    A browser has a process group of its own, and so many threads that looking for its processes takes a while, in which
+    it drives on.
+    """
+    family = [*_family(driver.pid)]
+    begun = time.time()
+    for pid in family:
         with contextlib.suppress(ProcessLookupError):
             os.kill(pid, kind)
+    return begun
 
 
 def _family(pid: int) -> Iterator[int]:
