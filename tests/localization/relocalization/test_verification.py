@@ -1,5 +1,7 @@
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 from hypothesis import given
 
@@ -44,3 +46,21 @@ def test_explaining_settles_a_pose_within_centimetres_only(hall: PreparedMap) ->
     assert near.score > 0.95
     assert apart(near.map_from_base, true)[0] < 0.03
     assert far.score < 0.7
+
+
+def test_pose_settles_where_what_is_seen_shows_place_and_heading_only_together(
+    hall: PreparedMap,
+) -> None:
+    """Of the hall two narrow views are left; what the match knows leaves out a mixture of place and heading."""
+    true = Pose.planar(6.65, 3.05, 0.85)
+    whole = HALL.sweep(true, noise=0.01)
+    bearing = np.arctan2(whole.points[:, 1], whole.points[:, 0]) + 3.05
+    away = np.abs(np.remainder(bearing + np.pi, 2.0 * np.pi) - np.pi)
+    seen = (away < 0.5) | ((away > 1.4) & (away < 1.65))
+    parts = {name: getattr(whole, name)[seen] for name in ("points", "origins", "horizontal")}
+    for off in ((0.1, 0.0, 0.035), (-0.1, 0.0, 0.035), (0.0, 0.1, 0.035), (0.0, -0.1, -0.035)):
+        beside = true @ Pose.planar(*off)
+        found = explain(replace(whole, **parts), hall, beside, RegistrationConfig())
+        far, turned = apart(found.map_from_base, true)
+        assert far < 0.04
+        assert turned < np.deg2rad(0.7)
