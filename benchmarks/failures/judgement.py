@@ -73,8 +73,10 @@ class Wheels:
             return None
         speed = float(max(speeds[times <= REQUEST + LAG]))
         slow = (speeds <= 0.5 * speed) & (times > times[speeds.argmax()])
-        halved = times[slow.argmax()] if slow.any() else np.inf
-        braked = float(halved - 0.5 * speed / BRAKING)
+        # Between two readings, which are a tick apart, the speed falls evenly.
+        i = max(1, int(slow.argmax()))
+        halved = float(np.interp(-0.5 * speed, -speeds[i - 1 : i + 1], times[i - 1 : i + 1]))
+        braked = (halved if slow.any() else np.inf) - 0.5 * speed / BRAKING
         allowed = REQUEST + LAG + speed / BRAKING
         late = speeds[times > allowed + LAG]
         if not len(

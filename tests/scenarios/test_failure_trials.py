@@ -48,7 +48,7 @@ def test_late_stop_and_driving_on_are_failures_and_a_stop_in_time_passes(
     assert stop.failed.startswith(wrong)
     assert bool(stop.failed) is bool(wrong)
     if not wrong:
-        assert stop.braked_after == pytest.approx(brakes_after, abs=0.02)
+        assert stop.braked_after == pytest.approx(brakes_after, abs=0.002)
         assert stop.way == pytest.approx(0.5 * brakes_after + 0.125, abs=0.02)
 
 
