@@ -167,6 +167,8 @@ TABLES: dict[str, Callable[[Sheet], str]] = {
     "arm-facts": facts,
     "guard": partial(all_figures, chunks="-"),
     "guard-facts": facts,
+    "failures": partial(all_figures, chunks="-"),
+    "failures-facts": facts,
     "path": partial(all_figures, chunks="-"),
     "path-facts": facts,
     "console": partial(all_figures, chunks="losing-"),

@@ -74,9 +74,9 @@ def settled(
     level = Pose.from_rotation(pose.position + step[:3], pose.rotation @ so3_exp(step[3:]))
     # Where a room shows place and heading only together, the match's information leaves that direction out, and the pose
     # would stay off by decimetres. The match has found it all the same; what the sweep does not show, its prior held.
-    found, (roll, pitch, _) = match.map_from_base, level.euler
-    x, y, z = *found.position[:2].tolist(), float(level.position[2])
-    at = Pose.from_euler([x, y, z], roll=roll, pitch=pitch, yaw=found.yaw)
+    position = np.append(match.map_from_base.position[:2], level.position[2])
+    roll, pitch, _ = level.euler
+    at = Pose.from_euler(position, roll=roll, pitch=pitch, yaw=match.map_from_base.yaw)
     # The shares count points within 10 cm. Neighbours explain almost as much, but with centimetres left.
     square, kernel2 = match.distances**2, registration.kernel**2
     closeness = float(np.nansum((kernel2 / (kernel2 + square)) ** 2)) / max(len(square), 1)
