@@ -122,7 +122,7 @@ class HintSearch:
         map_config: MapSearchConfig = MapSearchConfig(),  # noqa: B008  (frozen)
         registration: RegistrationConfig = RegistrationConfig(),  # noqa: B008  (frozen)
         *,
-        beams: BeamClassifier | None = None,
+        beams: BeamClassifier,
         same: Callable[[Pose, Pose], bool] = lambda a, b: a is b,
     ) -> None:
         """Build.
@@ -133,12 +133,11 @@ class HintSearch:
             config: how a window is searched, and what counts as found.
             map_config: how the whole map is searched.
             registration: how places are registered.
-            beams: classifies the beams that a place does not explain; one of its own if not given.
+            beams: classifies the beams that a place does not explain.
             same: whether two poses are so near to each other that a search from one serves for the other.
         """
         self.config, self._registration = config, registration
-        self._beams = BeamClassifier(world) if beams is None else beams
-        self._same = same
+        self._beams, self._same = beams, same
         self._world, self._map_config = world, map_config
         self._pyramid = Pyramid(plan, map_config)
         self._begun: deque[SearchTask] = deque(maxlen=_REMEMBERED)

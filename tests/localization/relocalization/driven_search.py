@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections import deque
 
 from localization.maps.prepared_map import PreparedMap
+from localization.matching.scan_consistency import BeamClassifier
 from localization.relocalization.floor_plan import FloorPlan
 from localization.relocalization.hint_search import TICK, HintSearch, SearchResult, SearchState
 from localization.relocalization.search_config import SearchConfig
@@ -18,7 +19,9 @@ class DrivenSearch:
     def __init__(
         self, world: PreparedMap, plan: FloorPlan, config: SearchConfig | None = None
     ) -> None:
-        self.steps, self.state = HintSearch(world, plan, config or SearchConfig()), SearchState()
+        beams = BeamClassifier(world)
+        self.steps = HintSearch(world, plan, config or SearchConfig(), beams=beams)
+        self.state = SearchState()
         self.answers: deque[HintVerdict] = deque()
         self.now = 0
 
