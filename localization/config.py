@@ -11,6 +11,7 @@ from typing import Any, TypeVar, cast, get_type_hints
 import numpy as np
 
 from localization.errors import LocalizationError
+from localization.filter.dead_reckoning_config import DeadReckoningConfig
 from localization.filter.ekf_config import EkfConfig
 from localization.matching.matchers import FixedCovariance, Matcher
 from localization.matching.registration import RegistrationConfig
@@ -18,7 +19,6 @@ from localization.matching.scan_consistency import ScanConsistencyConfig
 from localization.monitoring.extrinsics_monitor import ExtrinsicsMonitorConfig
 from localization.monitoring.health import HealthConfig
 from localization.monitoring.jump_detection import JumpDetectionConfig
-from localization.motion.dead_reckoning_config import DeadReckoningConfig
 from localization.motion.kiss_icp import KissConfig
 from localization.motion.late_readings import LateReadingsConfig
 from localization.motion.sensor_configuration import Motion, SensorConfiguration

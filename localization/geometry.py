@@ -183,6 +183,60 @@ def interpolate_many(
     Returns:
         Positions (N, 3) [m] and rotations (N, 3, 3).
     """
+    k, positions, turns = _between_knots(times, knot_times, knot_positions, knot_rotations)
+    return positions, knot_rotations[k] @ so3_exp_many(turns)
+
+
+def apply_interpolated(
+    points: FloatArray,
+    times: npt.NDArray[np.int64],
+    knot_times: npt.NDArray[np.int64],
+    knot_positions: FloatArray,
+    knot_rotations: FloatArray,
+) -> FloatArray:
+    """Map points by the poses of a track at their times, without a matrix for each of them.
+
+    Args:
+        points: (V, N, 3) or (N, 3) points [m], those of one time along the last axis but one.
+        times: (N,) times of the points [ns]; the track as in ``interpolate_many``.
+        knot_times: (K,).
+        knot_positions: (K, 3).
+        knot_rotations: (K, 3, 3).
+
+    Returns:
+        The points, of the same shape, in the frame of the knots [m].
+    """
+    k, positions, w = _between_knots(times, knot_times, knot_positions, knot_rotations)
+    square = np.einsum("ij,ij->i", w, w)
+    angle = np.sqrt(square)
+    small = angle < _SMALL_ANGLE
+    a = np.where(small, 1.0, np.sin(angle) / np.where(small, 1.0, angle))[:, None]
+    b = np.where(small, 0.5, (1.0 - np.cos(angle)) / np.where(small, 1.0, square))[:, None]
+    across = _cross(w, points)
+    # R v = v + a w x v + b w x (w x v) (Rodrigues).
+    turned = points + a * across + b * _cross(w, across)
+    moved = np.empty_like(turned)
+    for knot in range(int(k.min()), int(k.max()) + 1) if len(k) else ():
+        of = k == knot
+        moved[..., of, :] = turned[..., of, :] @ knot_rotations[knot].T
+    moved += positions
+    return moved
+
+
+def _cross(a: FloatArray, b: FloatArray) -> FloatArray:
+    """Return the cross products (..., N, 3) of (N, 3) and (..., N, 3); five times as fast as numpy's."""
+    x, y, z = a[:, 0], a[:, 1], a[:, 2]
+    u, v, w = b[..., 0], b[..., 1], b[..., 2]
+    return np.stack([y * w - z * v, z * u - x * w, x * v - y * u], axis=-1)
+
+
+def _between_knots(
+    times: npt.NDArray[np.int64],
+    knot_times: npt.NDArray[np.int64],
+    knot_positions: FloatArray,
+    knot_rotations: FloatArray,
+) -> tuple[npt.NDArray[np.int64], FloatArray, FloatArray]:
+    """Return the knot before each time (N,), the positions (N, 3) [m], and the turns since the knots (N, 3) [rad]."""
     k = np.clip(np.searchsorted(knot_times, times, side="right") - 1, 0, len(knot_times) - 2)
     spans = (knot_times[1:] - knot_times[:-1]).astype(float)
     f = np.clip((times - knot_times[k]) / spans[k], 0.0, 1.0)
@@ -190,4 +244,4 @@ def interpolate_many(
     # Of a long track only the few steps that the times fall into.
     first, last = (int(k.min()), int(k.max())) if len(k) else (0, 0)
     steps = np.array([so3_log(a.T @ b) for a, b in pairwise(knot_rotations[first : last + 2])])
-    return positions, knot_rotations[k] @ so3_exp_many(f[:, None] * steps[k - first])
+    return k, positions, f[:, None] * steps[k - first]

@@ -18,9 +18,9 @@ Change = Callable[[LocalizerConfig], LocalizerConfig]
 ALL = "all"
 """Name of the localiser as it is."""
 
-REMOVED = ("second opinion",)
-"""Mechanisms that the localiser had when the kept figures were measured and has no more: their rows stay in
-the sheet as the reason for the removal, and cannot be run."""
+REMOVED = ("second opinion", "back-face culling")
+"""Mechanisms that were a setting when the kept figures were measured and are none any more: their rows stay in
+the sheet as the reason for that, and cannot be run."""
 
 _NEVER = 1 << 60
 """A count or a time [ns] that no drive reaches."""
@@ -63,7 +63,6 @@ MECHANISMS: Mapping[str, Change] = {
     "acceleration limit": without(max_acceleration=math.inf),
     "slip memory": without(slip_memory=1),
     "slip window": without(slip_window=0.0),
-    "back-face culling": without("registration", backface_culling=False),
     "annealed kernel": without("registration", kernel_wide=0.04, rough_kernel_wide=0.1),
     "debiasing": without("registration", debias=0.0),
     "observability threshold": without("registration", max_sigma=math.inf),

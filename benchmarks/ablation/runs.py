@@ -62,7 +62,6 @@ WITH_LATE = ("late readings", "registration cache")
 PAIRS: tuple[tuple[str, ...], ...] = (
     ("KISS-ICP odometry", "slip inferred from sweeps"),
     ("KISS-ICP odometry", "wheel-gyro slip gate"),
-    ("KISS-ICP odometry", "back-face culling"),
     ("debiasing", "observability threshold"),
     ("free-space violations", "jump detection"),
     ("slip inferred from sweeps", "wheel-gyro slip gate", "observability threshold"),

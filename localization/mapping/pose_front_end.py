@@ -6,13 +6,13 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from localization.filter.dead_reckoning import DeadReckoner
 from localization.geometry import wrap_angle
 from localization.mapping.base_poses import BasePoses
 from localization.mapping.flat_sweep import FlatSweep
 from localization.mapping.gyro_heading import GyroHeading
 from localization.mapping.odometry_front_end import OdometrySweep
 from localization.mapping.scan_tracker import ScanTracker, TrackerConfig
-from localization.motion.dead_reckoning import DeadReckoner
 from localization.motion.deskew import deskew
 from localization.motion.displacement import planar_step
 from localization.motion.displacement_step import pose_step

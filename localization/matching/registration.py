@@ -61,9 +61,6 @@ class RegistrationConfig:
     normals: two sigma squared (after Hatleskog and Alexis, arXiv:2410.10784)."""
     max_sigma: float = 0.3
     """A direction known no better than this, one sigma [m], is not observable."""
-    backface_culling: bool = True
-    """Whether walls seen from behind are ignored; otherwise a thin wall's far face attracts points. In rough
-    maps they never are: the two faces of a wall are not apart there."""
     rough: float = 0.1
     """Normals with more noise than this make a map rough, one sigma [rad]: clouds that were surveyed have 0.03
     to 0.05, occupancy grids 0.14 to 0.24."""
@@ -239,8 +236,8 @@ _STEP_SHARE = 0.025
 def _seen(
     sweep: Sweep, world: PreparedMap, pose: Pose, config: RegistrationConfig, *, rough: bool
 ) -> Residuals:
-    culling = config.backface_culling and not rough
-    return residuals(sweep, world, pose, backface_culling=culling, rough=rough)
+    # In rough maps the two faces of a wall are not apart.
+    return residuals(sweep, world, pose, backface_culling=not rough, rough=rough)
 
 
 def adapted(config: RegistrationConfig, noise: MapNoise) -> RegistrationConfig:

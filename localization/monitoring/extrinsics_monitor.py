@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -26,14 +26,14 @@ from localization.mount_estimation.normal_equations import (
 )
 from localization.types import Mounts, PointScan, Pose, Scan
 
+_PROBLEM = CalibrationConfig(ground_sigma=(0.01, float(np.deg2rad(0.5))))
+"""The calibration's own settings, but for the ground: its error is that of a piece of the drive, not of all."""
+
 
 @dataclass(frozen=True, slots=True)
 class ExtrinsicsMonitorConfig:
     """When a mount is reported as doubtful."""
 
-    problem: CalibrationConfig = field(
-        default_factory=lambda: CalibrationConfig(ground_sigma=(0.01, float(np.deg2rad(0.5))))
-    )
     step: float = 0.15
     """A sweep is evaluated after this distance [m], or after ``turn``."""
     turn: float = np.deg2rad(8.0)
@@ -69,7 +69,7 @@ class ExtrinsicsMonitor:
         """Doubts about the mounts, one sentence each; empty while there are none."""
 
     def _anew(self) -> SegmentBuilder:
-        return SegmentBuilder(6 * len(self._names) + 2, self.config.problem.segment_samples)
+        return SegmentBuilder(6 * len(self._names) + 2, _PROBLEM.segment_samples)
 
     def take(
         self,
@@ -105,15 +105,13 @@ class ExtrinsicsMonitor:
         ):
             return
         station = CalibrationSample(stamp, tuple(scans), track, map_from_base, odom_from_base)
-        pair = MountProblem(
-            (before or station, station), self._world, self._mounts, self.config.problem
-        )
-        for rows in pair.measured(1, self.config.problem.kernels[0]):
+        pair = MountProblem((before or station, station), self._world, self._mounts, _PROBLEM)
+        for rows in pair.measured(1, _PROBLEM.kernels[0]):
             self._open.add(self._slot, rows)
         if self._slot:
             self._open.add(self._slot - 1, pair.rolled(0, 1))
         self._before, self._slot = station, self._slot + 1
-        if self._slot == self.config.problem.segment_samples:
+        if self._slot == _PROBLEM.segment_samples:
             self._closed.append(self._open.segment(self._slot).reduced())
             self._open, self._slot = self._anew(), 0
             if len(self._closed) >= self.config.stretches:
@@ -129,7 +127,7 @@ class ExtrinsicsMonitor:
         return way >= self.config.step or abs(moved.yaw) >= self.config.turn
 
     def _judge(self) -> tuple[str, ...]:
-        c = self.config.problem
+        c = _PROBLEM
         each = np.repeat(c.prior_sigma, 3)
         prior = np.concatenate([*[each] * len(self._names), [c.pivot_sigma] * 2]) ** -2.0
         at = observable_solution(self._closed, prior, np.zeros(len(prior)), c.observable_share)

@@ -8,11 +8,11 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from enum import IntEnum
+from typing import Final
 
 import numpy as np
 from scipy.spatial import cKDTree
 
-from localization.geometry import FloatArray
 from localization.types import SECOND, Pose, Sweep
 
 
@@ -44,15 +44,17 @@ class JumpDetectionConfig:
     gap_distance: float = 0.3
     """Distance driven by odometry that makes such a gap a jump: slip would have gone unobserved [m]."""
     points: int = 120
-    """Number of points of the horizontal scanners that are compared."""
+    """Number of points of the horizontal scanners that a sweep must have to be compared."""
     part_overlap: float = 0.88
     """A sweep is a change in part if a smaller share of it was seen before, or a smaller share of the last one
     is seen again; 0 for robots whose motion is not known well enough for that. From one aisle of shelves to
     another 0.6 to 0.83 remain; among people one sweep in 450 has less."""
-    part_points: int = 360
-    """Number of points that are compared for that."""
     part_turn: float = 0.15
     """After a larger turn between two sweeps the view itself has changed in part [rad]."""
+
+
+_COMPARED: Final = 360
+"""Largest number of points that are compared, evenly chosen: more cost time and decide nothing."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -61,8 +63,8 @@ class JumpDetector:
 
     config: JumpDetectionConfig = field(default_factory=JumpDetectionConfig)
     """The thresholds."""
-    seen: FloatArray | None = None
-    """(N, 2) points of the last sweep in ``odom`` [m]; None before the first."""
+    seen: cKDTree | None = None
+    """Points (N, 2) of the last sweep in ``odom`` [m]; None before the first."""
     stamp: int = 0
     """Time of the last sweep [ns]."""
     odom_from_base: Pose = field(default_factory=Pose.identity)
@@ -82,27 +84,27 @@ class JumpDetector:
         if len(flat) < c.points:
             return self, Change.NONE
         gap = self.seen is not None and sweep.stamp - self.stamp > c.max_gap
-        after = JumpDetector(c, flat, sweep.stamp, odom_from_base, gap)
+        after = JumpDetector(c, cKDTree(flat), sweep.stamp, odom_from_base, gap)
         if self.seen is None:
             return after, Change.NONE
         step = self.odom_from_base.inverse() @ odom_from_base
         distance = float(np.hypot(*step.position[:2]))
         if gap and distance > c.gap_distance:
             return after, Change.UNKNOWN
-        before = cKDTree(self.seen)
-        if _overlap(flat, before, c.points, c.match_distance) < c.min_overlap:
+        old = _overlap(after.seen, self.seen, c.match_distance)
+        if old < c.min_overlap:
             return after, Change.MOST
         slow = distance <= c.match_distance and abs(step.yaw) <= c.part_turn
         if gap or not slow or not c.part_overlap:
             return after, Change.NONE
-        new = _overlap(flat, before, c.part_points, c.match_distance)
-        if new >= c.part_overlap:
-            new = _overlap(self.seen, cKDTree(flat), c.part_points, c.match_distance)
-        return after, Change.PART if new < c.part_overlap else Change.NONE
+        if old >= c.part_overlap:
+            old = _overlap(self.seen, after.seen, c.match_distance)
+        return after, Change.PART if old < c.part_overlap else Change.NONE
 
 
-def _overlap(points: FloatArray, others: cKDTree, count: int, near: float) -> float:
-    """Return the share of some of the points (N, 2) that have another one near [m]."""
-    some = points[np.linspace(0, len(points) - 1, min(count, len(points))).astype(np.int64)]
+def _overlap(points: cKDTree, others: cKDTree, near: float) -> float:
+    """Return the share of some of the points that have another one near [m]."""
+    count = min(_COMPARED, points.n)
+    some = points.data[np.linspace(0, points.n - 1, count).astype(np.int64)]
     far, _ = others.query(some, distance_upper_bound=near)
     return float(np.mean(np.isfinite(far)))

@@ -26,17 +26,15 @@ def deskew(
 
     Beams without a return (infinite, NaN or out of the scanner's limits) carry no point.
     """
-    now_position, now_rotation = (a[0] for a in track.at(np.array([stamp], dtype=np.int64)))
     points, origins, horizontal = [], [], []
     for scan in scans:
         base_from_scanner = mounts[scan.scanner]
         beam, offsets = _beams(scan)
-        position, rotation = track.at(scan.stamp + offsets)
-        # base_now_from_base_then, beam by beam.
-        shift = (position - now_position) @ now_rotation
-        turn = now_rotation.T @ rotation
-        points.append(np.einsum("nij,nj->ni", turn, base_from_scanner.apply(beam)) + shift)
-        origins.append(turn @ base_from_scanner.position + shift)
+        mounted = base_from_scanner.apply(beam)
+        at = np.broadcast_to(base_from_scanner.position, mounted.shape)
+        ends, begins = track.carried(np.stack([mounted, at]), scan.stamp + offsets, stamp)
+        points.append(ends)
+        origins.append(begins)
         level = base_from_scanner.rotation[2, 2] > _LEVEL
         flat = np.abs(beam @ base_from_scanner.rotation[2]) < _SLICE
         horizontal.append(flat if isinstance(scan, PointScan) else np.full(len(beam), level))

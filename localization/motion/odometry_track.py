@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from localization.geometry import FloatArray, interpolate_many
+from localization.geometry import FloatArray, apply_interpolated, interpolate_many
 from localization.types import SECOND, IntArray, Pose
 
 Knot = tuple[int, FloatArray, FloatArray]
@@ -50,14 +50,30 @@ class OdometryTrack:
 
     def at(self, stamps: IntArray) -> tuple[FloatArray, FloatArray]:
         """Return positions (N, 3) [m] and rotations (N, 3, 3) of ``odom_from_base`` at (N,) stamps [ns]."""
+        return interpolate_many(stamps, *self._knots_since(stamps))
+
+    def carried(self, points: FloatArray, stamps: IntArray, stamp: int) -> FloatArray:
+        """Return points of a moving base in the base as it was at one stamp.
+
+        Args:
+            points: (V, N, 3) [m], each in ``base_link`` at its own stamp.
+            stamps: (N,) [ns].
+            stamp: time of the base in which the points are given back [ns].
+        """
+        now, facing = (a[0] for a in self.at(np.array([stamp], dtype=np.int64)))
+        times, positions, rotations = self._knots_since(stamps)
+        return apply_interpolated(
+            points, stamps, times, (positions - now) @ facing, facing.T @ rotations
+        )
+
+    def _knots_since(self, stamps: IntArray) -> tuple[IntArray, FloatArray, FloatArray]:
+        """Return times, positions and rotations of the knots from the last one before the stamps, at least two."""
         first = int(stamps.min()) if len(stamps) else 0
         begin = len(self.knots) - 1
         while begin > 0 and (self.knots[begin][0] > first or begin == len(self.knots) - 1):
             begin -= 1
         times, positions, rotations = zip(*self.knots[begin:], strict=True)
-        return interpolate_many(
-            stamps, np.array(times, dtype=np.int64), np.array(positions), np.array(rotations)
-        )
+        return np.array(times, dtype=np.int64), np.array(positions), np.array(rotations)
 
     def pose_at(self, stamp: int) -> Pose | None:
         """Return ``odom_from_base`` at a stamp [ns], or at the nearest one remembered; None without a span."""

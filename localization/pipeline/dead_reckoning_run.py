@@ -9,10 +9,10 @@ from typing import Final
 import numpy as np
 
 from localization.config import LocalizerConfig
+from localization.filter.dead_reckoning import DeadReckoner
 from localization.logs.continuity import LogContinuity
 from localization.logs.log_interface import LogError, ReadingsLog
 from localization.maps.cloud import Cloud
-from localization.motion.dead_reckoning import DeadReckoner
 from localization.motion.displacement_step import (
     Displacement,
     pose_step,
@@ -53,7 +53,7 @@ class DeadReckoningRun:
     cloud: Cloud | None
     """The map that the path is drawn in; None without one."""
     config: LocalizerConfig
-    """Its settings; only ``dead_reckoning`` and the wheels' effective track are used."""
+    """Its settings; only ``dead_reckoning``, the gyro's noise and the wheels' effective track are used."""
     mounts: dict[str, Pose]
     """Always empty: no scanner is used."""
     verdicts: list[HintVerdict]
@@ -91,7 +91,7 @@ class DeadReckoningRun:
         )
         self._continuity = LogContinuity(log)
         self._reckoner = DeadReckoner(
-            config.dead_reckoning, flat=sensors is not None and sensors.flat
+            config.dead_reckoning, config.ekf, flat=sensors is not None and sensors.flat
         )
         self._scans = self._hints = self._resets = self._steps = 0
 

@@ -9,10 +9,10 @@ from functools import cache
 import numpy as np
 
 from localization.config import LocalizerConfig
+from localization.filter.dead_reckoning import DeadReckoner
 from localization.maps.cloud_from_grid import cloud_from_grid
 from localization.maps.prepared_map import PreparedMap, prepare
 from localization.matching.matchers import Matcher
-from localization.motion.dead_reckoning import DeadReckoner
 from localization.motion.displacement_step import pose_step
 from localization.motion.sensor_configuration import Motion, SensorConfiguration
 from localization.pipeline.localizer import Localizer
@@ -249,7 +249,7 @@ def shaken_stamps(config: LocalizerConfig) -> Answers:
 
 def reckoned(config: LocalizerConfig, *, oriented: bool = True) -> Answers:
     """Dead reckoning: wheels and a unit that reports its orientation, or none and then silence."""
-    reckoner, going = DeadReckoner(config.dead_reckoning), corridor_drive()
+    reckoner, going = DeadReckoner(config.dead_reckoning, config.ekf), corridor_drive()
     before = Odometry(BEGIN, Pose.identity())
     for stamp in range(BEGIN + SECOND // 10, going.end, SECOND // 10):
         pose = going.pose(BEGIN).inverse() @ going.pose(stamp)

@@ -8,6 +8,7 @@ from hypothesis.extra import numpy as hnp
 from localization import geometry
 from localization.geometry import (
     FloatArray,
+    apply_interpolated,
     euler_from_rotation,
     interpolate_many,
     quaternion_exp,
@@ -148,6 +149,18 @@ def test_interpolation_passes_through_its_knots_and_is_clamped_to_its_ends(
     p, r = interpolate_many(np.array([times[0] - 5, *times, times[-1] + 5]), *track)
     assert p == pytest.approx(positions[[0, *range(len(times)), -1]], abs=1e-12)
     assert r == pytest.approx(rotations[[0, *range(len(times)), -1]], abs=1e-12)
+
+
+@given(track=tracks(), seed=st.integers(0, 100))
+def test_points_are_mapped_as_by_the_interpolated_pose_of_their_time(
+    track: tuple[np.ndarray, FloatArray, FloatArray], seed: int
+) -> None:
+    rng = np.random.default_rng(seed)
+    times = rng.integers(track[0][0] - 5, track[0][-1] + 6, 30)
+    points = rng.normal(size=(2, 30, 3))
+    p, r = interpolate_many(times, *track)
+    wanted = np.einsum("nij,vnj->vni", r, points) + p
+    assert apply_interpolated(points, times, *track) == pytest.approx(wanted, abs=1e-9)
 
 
 @given(a=rotation_vectors(), w=rotation_vectors(3.0), start=vectors(3), end=vectors(3))

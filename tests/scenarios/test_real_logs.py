@@ -175,9 +175,9 @@ def test_scan_and_odometry_of_a_line_keep_one_stamp(how: str) -> None:
 
 def test_setting_of_a_part_is_changed_by_name() -> None:
     whole = LocalizerConfig()
-    config = real.changed(whole, ["registration.backface_culling=no", "overspeed_margin=inf"])
-    assert whole.registration.backface_culling
-    assert not config.registration.backface_culling
+    config = real.changed(whole, ["kiss_odometry=no", "overspeed_margin=inf"])
+    assert whole.kiss_odometry
+    assert not config.kiss_odometry
     assert config.overspeed_margin == math.inf
 
 

@@ -204,7 +204,7 @@ def test_command_without_a_map_writes_all_files_and_the_end(
 ) -> None:
     out = tmp_path / "out"
     words = ["localize", str(bag), "--out", str(out), "--no-recording", "--no-report"]
-    assert main([*words, "--set", "dead_reckoning.odometry.shift=0.05"]) == 0
+    assert main([*words, "--set", "dead_reckoning.distance_scale=0.05"]) == 0
     printed = " ".join(capsys.readouterr().out.split())  # lines are as wide as the terminal
     assert ", dead-reckoned: no scanner in the log" in printed
     assert "turned by gyro and the orientation that the inertial unit reports" in printed
@@ -216,8 +216,8 @@ def test_command_without_a_map_writes_all_files_and_the_end(
     )
     assert (out / "covariance.csv").read_text().count("\n") == len(known) + 1
     config = json.loads((out / "config.json").read_text())
-    assert config["localizer"]["dead_reckoning"]["odometry"]["shift"] == 0.05
-    assert config["changed"] == {"dead_reckoning.odometry.shift": "0.05"}
+    assert config["localizer"]["dead_reckoning"]["distance_scale"] == 0.05
+    assert config["changed"] == {"dead_reckoning.distance_scale": "0.05"}
     assert config["map"] is None
 
 

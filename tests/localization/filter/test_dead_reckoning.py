@@ -9,9 +9,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 import pytest
 
-from localization.motion.dead_reckoning import DeadReckoner
-from localization.motion.dead_reckoning_config import DeadReckoningConfig
+from localization.filter.dead_reckoning import DeadReckoner
+from localization.filter.dead_reckoning_config import DeadReckoningConfig
+from localization.filter.ekf_config import EkfConfig
 from localization.motion.displacement_step import Displacement, pose_step, wheel_step
+from localization.motion.odometry_noise import OdometryNoise
 from localization.types import SECOND, Inertial, Odometry, Pose, WheelSpeeds
 
 PERIOD = SECOND // 20
@@ -73,9 +75,10 @@ def reckoned(
     readings: Iterator[Inertial | Odometry],
     *,
     flat: bool = False,
-    config: DeadReckoningConfig | None = None,
+    random: OdometryNoise | None = None,
 ) -> DeadReckoner:
-    state = DeadReckoner(config or DeadReckoningConfig(), flat=flat)
+    state = DeadReckoner(flat=flat)
+    state = state if random is None else replace(state, random=random)
     before: Odometry | None = None
     for reading in readings:
         if isinstance(reading, Inertial):
@@ -289,9 +292,8 @@ def test_heading_that_a_unit_does_not_know_is_that_of_its_gyro() -> None:
 def test_covariance_covers_the_errors_that_were_assumed(oriented: bool) -> None:
     """Mean of the squared, normalised errors in the plane: 2 if consistent."""
     rng = np.random.default_rng(4)
-    config = DeadReckoningConfig(
-        odometry=replace(DeadReckoningConfig().odometry, along=1e-4, aside=1e-4, shift=1e-4)
-    )
+    config = DeadReckoningConfig()
+    exact = replace(DeadReckoner().random, along=1e-4, aside=1e-4, shift=1e-4)
     ratios = []
     for _ in range(30):
         scale, heading, bias = rng.normal(size=3)
@@ -300,10 +302,10 @@ def test_covariance_covers_the_errors_that_were_assumed(oriented: bool) -> None:
             seconds=8.0,
             scale=config.distance_scale * scale,
             heading_error=0.02 * heading if oriented else 0.0,
-            bias=0.0 if oriented else config.gyro_bias * bias,
+            bias=0.0 if oriented else EkfConfig().gyro_bias * bias,
             oriented=oriented,
         )
-        state = reckoned(course.readings(), config=config)
+        state = reckoned(course.readings(), random=exact)
         error = (state.position - course.pose(8 * SECOND).position)[:2]
         ratios.append(error @ np.linalg.solve(state.covariance[:2, :2], error))
     assert 1.4 < np.mean(ratios) < 2.7

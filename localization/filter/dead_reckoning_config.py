@@ -6,34 +6,19 @@ Where no source is named, the number was chosen.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field
-
-from localization.motion.odometry_noise import OdometryNoise
-
-
-def _random_errors() -> OdometryNoise:
-    return OdometryNoise(along=0.02, aside=0.02, heading_share=0.0074, shift=0.02)
+from dataclasses import dataclass
 
 
 @dataclass(frozen=True, slots=True)
 class DeadReckoningConfig:
-    """Errors of wheels and inertial units, one sigma each; none is fitted to a robot."""
+    """Errors of wheels and inertial units, one sigma each; none is fitted to a robot. The gyro's are `EkfConfig`'s."""
 
     distance_scale: float = 0.02
     """Constant error of the wheels' distance, as a share of it: a tyre's rolling radius changes with wear, pressure and
     load, and with the ground."""
-    odometry: OdometryNoise = field(default_factory=_random_errors)
-    """Random errors of the wheels, of which those with time and of height and tilt are not used. They are smaller along
-    and across the way than the localiser's, for the constant errors of way and turn are states of their own."""
     wheel_turn_scale: float = 0.5
     """Constant error of the turns that wheels measure, as a share of them: skid-steered bases measure 0.5 to 1.9 times
     the true turn, so that twice the measured one is two sigma."""
-    gyro_noise: float = math.radians(0.02)
-    """Angle random walk of the gyro [rad/sqrt(s)], as in ``EkfConfig``."""
-    gyro_bias: float = math.radians(0.3)
-    """Error of the gyro's bias at the start [rad/s], as in ``EkfConfig``."""
-    gyro_bias_walk: float = math.radians(0.003)
-    """Random walk of the gyro's bias [rad/s/sqrt(s)], as in ``EkfConfig``."""
     rest_noise: float = math.radians(0.02)
     """Error of the gyro's mean over a second at rest, against its bias [rad/s]."""
     tilt_sigma: float = math.radians(1.0)

@@ -20,6 +20,8 @@ from typing import Final
 
 import numpy as np
 
+from localization.filter.dead_reckoning_config import DeadReckoningConfig
+from localization.filter.ekf_config import EkfConfig
 from localization.geometry import (
     FloatArray,
     hat,
@@ -29,9 +31,8 @@ from localization.geometry import (
     so3_log,
     wrap_angle,
 )
-from localization.motion.dead_reckoning_config import DeadReckoningConfig
 from localization.motion.displacement_step import Displacement
-from localization.motion.odometry_noise import step_variance
+from localization.motion.odometry_noise import OdometryNoise, step_variance
 from localization.types import SECOND, Inertial, Pose
 
 _P: Final = slice(0, 3)
@@ -57,6 +58,8 @@ _REST: Final = 1.0
 """The gyro's mean over this time at rest shows its bias [s]."""
 _REST_STEP: Final = 1e-3
 """Wheels that roll less than this [m], or turn by less [rad], in that time rest."""
+_RANDOM: Final = OdometryNoise(along=0.02, aside=0.02, heading_share=0.0074, shift=0.02)
+"""Smaller along and across the way than the localiser's, for the constant errors of way and turn are states here."""
 _REST_GATE: Final = 3.0
 """A rate at rest beyond this many sigmas of the bias is no bias: the robot is being turned."""
 
@@ -66,7 +69,11 @@ class DeadReckoner:
     """Pose by dead reckoning with its covariance; a value, of which ``take`` returns the next one."""
 
     config: DeadReckoningConfig = field(default_factory=DeadReckoningConfig)
-    """Errors of the sensors."""
+    """Errors of wheels and of reported orientations."""
+    gyro: EkfConfig = field(default_factory=EkfConfig)
+    """Errors of the gyro."""
+    random: OdometryNoise = _RANDOM
+    """Random errors of the wheels, of which those with time and of height and tilt are not used."""
     flat: bool = False
     """Whether the ground is level, so that only the heading of a reported orientation counts."""
     position: FloatArray = field(default_factory=lambda: np.zeros(3))
@@ -136,7 +143,7 @@ class DeadReckoner:
         c = self.config
         sigma = np.zeros(10)
         sigma[_TILT] = 1e-4 if self.flat else c.ground_sigma
-        sigma[[_SCALE, _BIAS, _TURN]] = c.distance_scale, c.gyro_bias, c.wheel_turn_scale
+        sigma[[_SCALE, _BIAS, _TURN]] = c.distance_scale, self.gyro.gyro_bias, c.wheel_turn_scale
         return np.diag(np.square(sigma))
 
     # Turning
@@ -167,8 +174,8 @@ class DeadReckoner:
         c, errors = self.config, self._errors.copy()
         errors[_G] += seconds * errors[_BIAS]
         errors[:, _G] += seconds * errors[:, _BIAS]
-        errors[_G, _G] += c.gyro_noise**2 * seconds
-        errors[_BIAS, _BIAS] += c.gyro_bias_walk**2 * seconds
+        errors[_G, _G] += self.gyro.gyro_noise**2 * seconds
+        errors[_BIAS, _BIAS] += self.gyro.gyro_bias_walk**2 * seconds
         if self.headed:
             errors[5, 5] += c.heading_drift**2 * seconds
         return replace(self, rotation=self._carried(seconds), errors=errors)
@@ -254,7 +261,7 @@ class DeadReckoner:
         moved: FloatArray = shorter * (middle @ along)
         way = float(np.hypot(step.forward, step.left))
         turned = Pose.planar(step.forward, step.left, float(relative[2]))
-        added = step_variance(turned, 0.0, c.odometry)
+        added = step_variance(turned, 0.0, self.random)
         if by_wheels:
             errors[_G] += step.turn * errors[_TURN]
             errors[:, _G] += step.turn * errors[:, _TURN]
