@@ -43,7 +43,9 @@ class Ground:
     """Height of each cell (nx, ny) [m]."""
     level: bool
     """Whether the ground is level at height zero, or was not seen at all; in both cases it adds nothing to the
-    robot's own estimate of height, roll and pitch."""
+    robot's own estimate of roll and pitch."""
+    seen: bool = True
+    """Whether the cloud has any ground."""
 
     def heights(self, places: FloatArray) -> FloatArray:
         """Return the height (N,) [m] of the ground at places (N, 2) [m]; zero everywhere if it is level."""
@@ -89,9 +91,8 @@ def ground_of(cloud: Cloud) -> Ground:
     """Return the ground of a cloud whose z axis points up."""
     upward = cloud.points[cloud.normals[:, 2] > _UPWARD]
     origin = np.floor(cloud.bounds[0][:2] / CELL) * CELL
-    nowhere = Ground(origin, np.zeros((1, 1)), level=True)
     if len(upward) == 0:
-        return nowhere
+        return Ground(origin, np.zeros((1, 1)), level=True, seen=False)
     origin, ground = drivable_surfaces(upward, *cloud.bounds)
     nearest = ndimage.distance_transform_edt(
         np.isnan(ground), return_distances=False, return_indices=True
@@ -99,7 +100,7 @@ def ground_of(cloud: Cloud) -> Ground:
     # The median keeps edges, and removes surfaces too small to stand on, such as a shelf's plinth.
     height = ndimage.median_filter(ground[tuple(nearest)], size=3, mode="nearest")
     if np.abs(height).max() < _LEVEL:
-        return nowhere
+        return Ground(origin, np.zeros((1, 1)), level=True)
     return Ground(origin, height, level=False)
 
 

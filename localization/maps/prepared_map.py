@@ -20,7 +20,7 @@ from localization.maps.nearest_grid_building import build_grid
 from localization.maps.nearest_point_grid import IndexArray, NearestGrid as NearestGrid
 from localization.maps.thin_walls import other_faces
 
-_VERSION = 5
+_VERSION = 6
 """Part of a cache file's name; it changes with the layout or the meaning of the file's content."""
 
 
@@ -125,7 +125,8 @@ def _load(file: Path, cloud: Cloud) -> PreparedMap | None:
             kept["first"],
             kept["owners"],
         )
-        ground = Ground(kept["ground_origin"], kept["ground_height"], bool(kept["ground_level"]))
+        level, seen = kept["ground_level"].tolist()
+        ground = Ground(kept["ground_origin"], kept["ground_height"], level, seen)
         noise = MapNoise(*kept["noise"].tolist())
         spread = kept["spread"].reshape(len(cloud.points))
         behind = kept["behind"]
@@ -148,7 +149,7 @@ def _store(file: Path, world: PreparedMap) -> None:
         "owners": grid.owners,
         "ground_origin": ground.origin,
         "ground_height": ground.height,
-        "ground_level": np.bool_(ground.level),
+        "ground_level": np.array([ground.level, ground.seen]),
         "noise": np.array([world.noise.distance, world.noise.normal]),
         "spread": world.spread,
         "behind": world.behind,

@@ -41,6 +41,9 @@ from localization.types import SECOND, Match, Pose, ScanConsistency, Sweep
 
 _GATE = tuple(float(chi2.ppf(0.9999, k)) for k in range(1, 7))
 """Largest normalised innovation squared of a match by its number of observable directions (99.99 %)."""
+_LIFTED = 0.15
+"""A robot on wheels that was so near to the height of the ground does not leave it by more [m]: a kerb, and the noise of
+the ground's cells on a slope."""
 _UNEXPLAINED = "the map does not explain the sweep"
 """Why a sweep is rejected that fits nowhere near; replaced by what exactly is unexplained."""
 _SAMPLING = 0.02
@@ -163,14 +166,14 @@ def _matched(
             relative = None
             filter_ = update_relative(filter_, state.last.map_from_base, *observed, _NONE_USED)
         match, nis = _registered(filter_, record, matcher, share, r)
-    refusal = _refusal(match, nis, config)
+    refusal = _refusal(match, nis, filter_.pose, r)
     suspected = refusal is not None and (slip.slipping(now) or observed is None)
     suspected = suspected and _could_have_slipped(match, state, elapsed, now)
     if suspected and _shows_slip(match, filter_.pose, record.sweep, r):
         slip, filter_ = _slipped(slip, filter_, now, config)
         # The record keeps the first match: a replay begins from the prediction that it belongs to.
         match, nis = _registered(filter_, replace(record, match=None), matcher, share, r)
-        refusal = _refusal(match, nis, config)
+        refusal = _refusal(match, nis, filter_.pose, r)
     least = _least_elsewhere(match, refusal, state, config)
     if least is not None:
         starts = _starts(state, filter_, contradicted=contradicted)
@@ -313,7 +316,7 @@ def _registered_wider(
     for sigma in r.config.retry_sigma:
         wide = widen(filter_, *sigma)
         match, nis = _registered(wide, replace(record, match=None), matcher, share, r)
-        found = match.inlier_ratio >= least and _refusal(match, nis, r.config) is None
+        found = match.inlier_ratio >= least and _refusal(match, nis, wide.pose, r) is None
         if found and _unobserved_shift(filter_, match) < _HARMLESS:
             near = wide, match, nis
             break
@@ -349,7 +352,7 @@ def _registered_turned(
         prior = replace(wide, pose=start)
         nis = match_nis(prior, r.config.ekf, match)
         better = best is None or match.inlier_ratio > best[1].inlier_ratio
-        if better and _refusal(match, nis, r.config) is None:
+        if better and _refusal(match, nis, start, r) is None:
             best = prior, match, nis
     return best
 
@@ -378,14 +381,26 @@ def _registered(
     return match, match_nis(filter_, r.config.ekf, match) if constrained else 0.0
 
 
-def _refusal(match: Match, nis: float, config: LocalizerConfig) -> str | None:
+def _refusal(match: Match, nis: float, predicted: Pose, r: Resources) -> str | None:
     """Return why a match is rejected; None if it is believed."""
     k = len(match.observable_directions)
-    if k == 0 or match.inlier_ratio < config.min_inlier_ratio:
+    if k == 0 or match.inlier_ratio < r.config.min_inlier_ratio:
         return _UNEXPLAINED
     if nis > _GATE[k - 1]:
         return f"the sweep fits the map where the robot cannot be (NIS {nis:.0f} of {_GATE[k - 1]:.0f})"
+    # Of people around the robot a level scanner sees legs, which all fit the floor from far enough below it.
+    height = _above_ground(match.map_from_base, r)
+    if abs(height) > _LIFTED >= abs(_above_ground(predicted, r)):
+        side = "above" if height > 0.0 else "below"
+        return f"the sweep fits the map where the robot cannot be ({abs(height):.2f} m {side} the ground)"
     return None
+
+
+def _above_ground(pose: Pose, r: Resources) -> float:
+    """Return the height of the robot above the mapped ground [m]; 0 where none is mapped."""
+    ground = r.world.ground
+    (under,) = ground.heights(pose.position[None, :2])
+    return float(pose.position[2] - under) if ground.seen else 0.0
 
 
 def _could_have_slipped(match: Match, state: State, elapsed: float, now: int) -> bool:

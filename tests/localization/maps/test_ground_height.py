@@ -64,7 +64,9 @@ def test_level_floor_with_furniture_on_it_is_level(place: Place) -> None:
 def test_cloud_without_a_floor_has_no_ground() -> None:
     walls = HALL.cloud()
     upright = np.abs(walls.normals[:, 2]) < 0.5
-    assert ground_of(Cloud(walls.points[upright], walls.normals[upright], name="walls")).level
+    ground = ground_of(Cloud(walls.points[upright], walls.normals[upright], name="walls"))
+    assert ground.level
+    assert not ground.seen
 
 
 def test_floor_at_another_height_than_zero_is_found() -> None:
