@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -28,6 +28,10 @@ from localization.types import Mounts, PointScan, Pose, Scan
 
 _PROBLEM = CalibrationConfig(ground_sigma=(0.01, float(np.deg2rad(0.5))))
 """The calibration's own settings, but for the ground: its error is that of a piece of the drive, not of all."""
+
+
+_BEAMS = 180
+"""Largest number of beams of a scanner that are compared, evenly chosen: they inform like 60 independent ones at most."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -104,7 +108,8 @@ class ExtrinsicsMonitor:
             before is not None and not self._far(before, odom_from_base)
         ):
             return
-        station = CalibrationSample(stamp, tuple(scans), track, map_from_base, odom_from_base)
+        thinned = tuple(map(_thinned, scans))
+        station = CalibrationSample(stamp, thinned, track, map_from_base, odom_from_base)
         pair = MountProblem((before or station, station), self._world, self._mounts, _PROBLEM)
         for rows in pair.measured(1, _PROBLEM.kernels[0]):
             self._open.add(self._slot, rows)
@@ -155,6 +160,16 @@ class ExtrinsicsMonitor:
         sigma = float(np.sqrt(direction @ covariance @ direction))
         least = self.config.min_offset[axis // 3]
         return abs(size) > max(least, self.config.sigmas * sigma), -size
+
+
+def _thinned(scan: Scan | PointScan) -> Scan | PointScan:
+    """Return a scan with no more than ``_BEAMS`` of its beams."""
+    chosen = slice(None, None, max(1, -(-len(scan.offsets) // _BEAMS)))
+    offsets = scan.offsets[chosen]
+    if isinstance(scan, PointScan):
+        return replace(scan, points=scan.points[chosen], offsets=offsets)
+    angles, ranges = scan.angles[chosen], scan.ranges[chosen]
+    return replace(scan, angles=angles, ranges=ranges, intensities=np.empty(0), offsets=offsets)
 
 
 def _sentence(subject: str, size: float, axis: int, reference: str) -> str:

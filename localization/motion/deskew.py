@@ -26,13 +26,16 @@ def deskew(
 
     Beams without a return (infinite, NaN or out of the scanner's limits) carry no point.
     """
+    (position,), (rotation,) = track.at(np.array([stamp], dtype=np.int64))
     points, origins, horizontal = [], [], []
     for scan in scans:
         base_from_scanner = mounts[scan.scanner]
         beam, offsets = _beams(scan)
         mounted = base_from_scanner.apply(beam)
         at = np.broadcast_to(base_from_scanner.position, mounted.shape)
-        ends, begins = track.carried(np.stack([mounted, at]), scan.stamp + offsets, stamp)
+        ends, begins = track.carried(
+            np.stack([mounted, at]), scan.stamp + offsets, position, rotation
+        )
         points.append(ends)
         origins.append(begins)
         level = base_from_scanner.rotation[2, 2] > _LEVEL

@@ -52,19 +52,20 @@ class OdometryTrack:
         """Return positions (N, 3) [m] and rotations (N, 3, 3) of ``odom_from_base`` at (N,) stamps [ns]."""
         return interpolate_many(stamps, *self._knots_since(stamps))
 
-    def carried(self, points: FloatArray, stamps: IntArray, stamp: int) -> FloatArray:
-        """Return points of a moving base in the base as it was at one stamp.
+    def carried(
+        self, points: FloatArray, stamps: IntArray, position: FloatArray, rotation: FloatArray
+    ) -> FloatArray:
+        """Return points of a moving base in the base as it was at one moment.
 
         Args:
             points: (V, N, 3) [m], each in ``base_link`` at its own stamp.
             stamps: (N,) [ns].
-            stamp: time of the base in which the points are given back [ns].
+            position: (3,) of ``odom_from_base`` at that moment [m].
+            rotation: (3, 3) of the same.
         """
-        now, facing = (a[0] for a in self.at(np.array([stamp], dtype=np.int64)))
         times, positions, rotations = self._knots_since(stamps)
-        return apply_interpolated(
-            points, stamps, times, (positions - now) @ facing, facing.T @ rotations
-        )
+        at = (positions - position) @ rotation
+        return apply_interpolated(points, stamps, times, at, rotation.T @ rotations)
 
     def _knots_since(self, stamps: IntArray) -> tuple[IntArray, FloatArray, FloatArray]:
         """Return times, positions and rotations of the knots from the last one before the stamps, at least two."""
