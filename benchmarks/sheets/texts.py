@@ -42,7 +42,7 @@ blame rule. The computing time of *KISS to map* is that of every point of the sw
 
 {localization-missing}
 
-## False alarms, version of 21 November
+## False alarms
 
 {localization-alarms}
 
