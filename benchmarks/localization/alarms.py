@@ -116,7 +116,8 @@ def watch(
 
 
 def _off(estimate: Pose, truth: Pose) -> tuple[float, float]:
-    far = float(np.hypot(*(estimate.position - truth.position)[:2]))
+    # The height too: a robot believed below the floor is wrong, however right it is in the plane.
+    far = float(np.linalg.norm(estimate.position - truth.position))
     return far, wrap_angle(estimate.yaw - truth.yaw)
 
 

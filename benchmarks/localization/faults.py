@@ -240,7 +240,7 @@ def fate_of(run: Run, recording: Recording, moved: int) -> Carried:
         if not sure:
             doubted = min(doubted, passed)
         elif doubted < never:
-            off = float(np.hypot(*(truth.position - word.estimate.position)[:2]))
+            off = float(np.linalg.norm(truth.position - word.estimate.position))
             wrong |= off > WRONG
             if right(word.estimate, truth):
                 placed = passed

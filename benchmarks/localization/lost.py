@@ -160,7 +160,7 @@ def _off(estimate: Estimate, truth: Pose) -> tuple[float, float]:
     if estimate.map_from_base is None:
         return np.inf, np.pi
     step = estimate.map_from_base.position - truth.position
-    return float(np.hypot(*step[:2])), abs(wrap_angle(estimate.map_from_base.yaw - truth.yaw))
+    return float(np.linalg.norm(step)), abs(wrap_angle(estimate.map_from_base.yaw - truth.yaw))
 
 
 class _Stream:
