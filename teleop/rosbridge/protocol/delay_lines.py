@@ -155,21 +155,13 @@ class DelayLines:
     ) -> None:
         """Take the delays; ``transmit`` receives what has got through to a client."""
         self.delay = delay
-        """When frames get through."""
+        """When frames get through; another one leaves their times to frames that are on their way."""
 
         self._timers = timers
         self._transmit = transmit
         self._lines: dict[int, _Lines] = {}
         self.ping_through: Callable[[int, bytes, int], object] = lambda client, payload, now: None
         """Takes a client, the payload of a ping that has got through to it, and the time [ns]."""
-
-    def replace(self, delay: FrameDelay) -> None:
-        """Go by other delays; frames that are on their way keep their times."""
-        self.delay = delay
-
-    def bypassed(self, payload: str | bytes) -> bool:
-        """Return whether a frame does not take the link."""
-        return self.delay.bypasses(payload)
 
     def add(self, client: int) -> None:
         """Add a client's link."""

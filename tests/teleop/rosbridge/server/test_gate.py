@@ -27,7 +27,7 @@ from teleop.rosbridge import (
     Role,
     Server,
 )
-from teleop.rosbridge.auth.credentials import Credential, _digest
+from teleop.rosbridge.auth.credentials import Credential, token_digest
 from teleop.rosbridge.protocol.token_guesses import TokenGuesses
 from teleop.rosbridge.server.accept_errors import AcceptErrors
 from teleop.rosbridge.server.gate import FrameBudget, Gate
@@ -193,7 +193,9 @@ async def test_download_without_a_taker_ends(monkeypatch: pytest.MonkeyPatch) ->
 
 
 def credential(name: str, role: Role) -> Credential:
-    return Credential(Access(name, role, DEFAULT_RULES[role]), digest=_digest(f"{name}'s token"))
+    return Credential(
+        Access(name, role, DEFAULT_RULES[role]), digest=token_digest(f"{name}'s token")
+    )
 
 
 def guarded(credentials: Credentials, **limits: Any) -> Server:
