@@ -10,7 +10,7 @@ from aiokafka import AIOKafkaConsumer, TopicPartition
 
 from teleop.bridges.client_life import FAILURES, TIMEOUT, running
 from teleop.bridges.kafka.journal import Journal
-from teleop.bridges.kafka.producer import Producer
+from teleop.bridges.producer import Producer
 
 _RETRY: Final = 0.5
 """Pause before the next attempt [s]."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from typing import Final, Literal, TypeAlias
 
-from teleop.bridges.rest.errors import not_acceptable, unsupported_media_type
+from teleop.bridges.rest.errors import Failure
 
 Format: TypeAlias = Literal["json", "binary"]
 """How keys and values of records are embedded: as they are, or as base64."""
@@ -26,7 +26,7 @@ def embedded_format(content_type: str) -> Format:
     """Return the format of the records in a body; 415 if it has none."""
     found = EMBEDDED.get(_bare(content_type))
     if found is None:
-        raise unsupported_media_type(" or ".join(EMBEDDED))
+        raise Failure.UNSUPPORTED_MEDIA_TYPE.error(" or ".join(EMBEDDED))
     return found
 
 
@@ -36,7 +36,7 @@ def check_plain(content_type: str) -> None:
     The glasses create their consumer with the media type of records, and so does this.
     """
     if _bare(content_type) not in (PLAIN, *EMBEDDED, *_GENERIC[:2]):
-        raise unsupported_media_type(PLAIN)
+        raise Failure.UNSUPPORTED_MEDIA_TYPE.error(PLAIN)
 
 
 def accepted_plain(accept: str) -> str:
@@ -61,7 +61,7 @@ def _choose(accept: str, offered: tuple[str, ...]) -> str:
             return media
         if media in ("*/*", "application/*"):
             return offered[0]
-    raise not_acceptable(offered[0])
+    raise Failure.NOT_ACCEPTABLE.error(offered[0])
 
 
 def _bare(media: str) -> str:

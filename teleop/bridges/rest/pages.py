@@ -10,7 +10,7 @@ from aiokafka import TopicPartition
 
 from teleop.bridges.client_life import TIMEOUT
 from teleop.bridges.rest.consumers import MAX_BYTES, MAX_TIMEOUT, Consumer
-from teleop.bridges.rest.errors import other_format, subscribed_twice, unreadable
+from teleop.bridges.rest.errors import Failure
 from teleop.bridges.rest.handlers import Elsewhere, Handler
 from teleop.bridges.rest.media_types import (
     EMBEDDED,
@@ -90,10 +90,12 @@ class Subscription(_OfConsumer):
         consumer = self.consumer(group, name)
         body = self.body()
         if "topic_pattern" in body and "topics" in body:
-            raise subscribed_twice()
+            raise Failure.SUBSCRIBED_TWICE.error()
         topics = body.get("topics")
         if not isinstance(topics, list) or not 0 < len(topics) <= 100:
-            raise unreadable("topics must be a list of 1 to 100 names; patterns are not supported")
+            raise Failure.UNREADABLE.error(
+                "topics must be a list of 1 to 100 names; patterns are not supported"
+            )
         for topic in topics:
             check_topic(topic)
         async with consumer.busy:
@@ -124,7 +126,7 @@ class Records(_OfConsumer):
             EMBEDDED.get(part.partition(";")[0].strip().lower()) for part in accept.split(",")
         }
         if wanted <= {"json", "binary"} and consumer.format not in wanted:
-            raise other_format()
+            raise Failure.OTHER_FORMAT.error()
         media = accepted_embedded(accept, consumer.format)
         timeout = self._number("timeout", int(consumer.timeout * 1e3)) / 1e3
         max_bytes = self._number("max_bytes", MAX_BYTES)
@@ -136,7 +138,7 @@ class Records(_OfConsumer):
     def _number(self, name: str, default: int) -> int:
         text = self.get_query_argument(name, str(default))
         if not re.fullmatch(r"\d{1,9}", text):
-            raise unreadable(f"{name} must be a whole number from 0")
+            raise Failure.UNREADABLE.error(f"{name} must be a whole number from 0")
         return int(text)
 
 
@@ -160,7 +162,7 @@ class Offsets(_OfConsumer):
 def _offsets(body: dict[str, Any]) -> dict[TopicPartition, int]:
     entries = body.get("offsets")
     if not isinstance(entries, list) or not 0 < len(entries) <= 1000:
-        raise unreadable(
+        raise Failure.UNREADABLE.error(
             "offsets must be a list of 1 to 1000 objects of topic, partition and offset"
         )
     offsets: dict[TopicPartition, int] = {}
@@ -171,7 +173,9 @@ def _offsets(body: dict[str, Any]) -> dict[TopicPartition, int]:
             ):
                 offsets[TopicPartition(topic, partition)] = offset
             case _:
-                raise unreadable(f"offsets[{number}] must have topic, partition and offset")
+                raise Failure.UNREADABLE.error(
+                    f"offsets[{number}] must have topic, partition and offset"
+                )
     return offsets
 
 
