@@ -15,11 +15,14 @@ def publish(data: str) -> dict[str, Any]:
     return {"op": "publish", "topic": "/text", "msg": {"data": data}}
 
 
-def test_transient_message_is_kept_unless_the_subscriber_is_volatile() -> None:
+@pytest.mark.parametrize("keeps", [{"latch": True}, {"qos": {"durability": "transient_local"}}])
+def test_last_message_is_kept_on_request_unless_the_subscriber_is_volatile(keeps: Any) -> None:
     wire = Wire(clients=3)
-    wire.send({"op": "advertise", **TEXT, "qos": {"durability": "transient_local"}}, 0)
+    wire.send({"op": "advertise", **TEXT, **keeps}, 0)
+    wire.send(publish("old"), 0)
     wire.send(publish("x"), 0)
-    wire.send({"op": "subscribe", **TEXT}, 1)
+    for identity in "ab":
+        wire.send({"op": "subscribe", **TEXT, "id": identity}, 1)
     wire.send({"op": "subscribe", **TEXT, "qos": {"durability": "volatile"}}, 2)
     assert wire.received(1) == [publish("x")]
     assert wire.received(2) == []

@@ -145,18 +145,6 @@ def test_requests_of_an_address_are_limited() -> None:
 
 
 @in_a_loop
-async def test_oldest_connection_without_request_leaves_for_a_new_one() -> None:
-    async with serving() as server:
-        idle = [await asyncio.open_connection("127.0.0.1", server.port) for _ in range(260)]
-        async with client(server) as a:
-            await say(a)
-        reader, _ = idle[0]
-        assert await reader.read() == b""
-        for _, writer in idle:
-            writer.close()
-
-
-@in_a_loop
 async def test_download_that_stands_still_leaves_for_another(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
