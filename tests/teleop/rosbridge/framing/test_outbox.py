@@ -25,13 +25,6 @@ def contents(outbox: Outbox) -> list[str]:
     return frames
 
 
-def test_responses_are_sent_before_messages() -> None:
-    outbox = Outbox()
-    for frame in (data("1"), control("a"), data("2"), control("b")):
-        outbox.push(frame)
-    assert contents(outbox) == ["a", "b", "1", "2"]
-
-
 def test_queue_length_limits_messages_of_a_topic() -> None:
     outbox = Outbox()
     for i in range(5):

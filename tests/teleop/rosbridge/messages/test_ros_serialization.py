@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import struct
 from functools import cache
 from typing import Any
 
@@ -133,10 +132,3 @@ def test_ros_1_definitions_have_no_bounds_and_ros_2_pads_empty_types() -> None:
         .endswith("uint8 structure_needs_at_least_one_member\n")
     )
     assert "structure" not in SERIALIZERS["ros1"].definition(constant)
-
-
-def test_ros_1_headers_have_a_sequence_number() -> None:
-    raw = RosSerializer(FORMS, "ros1").bytes(
-        FORMS["std_msgs/Header"], {"stamp": {"sec": 1, "nanosec": 2}, "frame_id": "a"}
-    )
-    assert raw == struct.pack("<IIII", 0, 1, 2, 1) + b"a"

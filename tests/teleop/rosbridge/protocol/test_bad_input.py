@@ -82,16 +82,15 @@ def test_missing_or_unknown_op_is_answered_with_the_known_ones() -> None:
         assert status["level"] == "error"
 
 
-def test_all_operations_in_a_frame_are_processed() -> None:
-    received = answers(f"{CALL}{CALL}\n {CALL} ")
-    assert [answer["op"] for answer in received] == ["service_response"] * 3
-
-
-def test_operations_before_an_error_are_processed() -> None:
-    assert [answer["op"] for answer in answers(f"{CALL} oops {CALL}")] == [
-        "service_response",
-        "status",
-    ]
+@pytest.mark.parametrize(
+    ("frame", "ops"),
+    [
+        (f"{CALL}{CALL}\n {CALL} ", ["service_response"] * 3),
+        (f"{CALL} oops {CALL}", ["service_response", "status"]),
+    ],
+)
+def test_all_operations_in_a_frame_are_processed_up_to_an_error(frame: str, ops: list[str]) -> None:
+    assert [answer["op"] for answer in answers(frame)] == ops
 
 
 def test_binary_frames_may_contain_json_with_any_characters() -> None:

@@ -330,18 +330,6 @@ def test_service_errors_are_sent_to_the_caller(args: object, text: str) -> None:
     assert text in answer["values"]
 
 
-def test_unknown_services_are_answered_as_in_rosbridge() -> None:
-    assert Wire().ask({"op": "call_service", "service": "/nope", "id": "n"}) == [
-        {
-            "op": "service_response",
-            "service": "/nope",
-            "values": "Service /nope does not exist",
-            "result": False,
-            "id": "n",
-        }
-    ]
-
-
 def test_failing_services_are_answered_and_logged(caplog: pytest.LogCaptureFixture) -> None:
     wire = Wire()
 
