@@ -19,7 +19,7 @@ EMBEDDED: Final[dict[str, Format]] = {
 }
 """Of what holds records."""
 
-_GENERIC: Final = ("application/vnd.kafka+json", "application/json", "application/octet-stream")
+_GENERIC: Final = ("application/vnd.kafka+json", "application/json")
 
 
 def embedded_format(content_type: str) -> Format:
@@ -35,19 +35,19 @@ def check_plain(content_type: str) -> None:
 
     The glasses create their consumer with the media type of records, and so does this.
     """
-    if _bare(content_type) not in (PLAIN, *EMBEDDED, *_GENERIC[:2]):
+    if _bare(content_type) not in (PLAIN, *EMBEDDED, *_GENERIC):
         raise Failure.UNSUPPORTED_MEDIA_TYPE.error(PLAIN)
 
 
 def accepted_plain(accept: str) -> str:
     """Return the media type of an answer without records; 406 if the client takes none."""
-    return _choose(accept, (PLAIN, *_GENERIC[:2]))
+    return _choose(accept, (PLAIN, *_GENERIC))
 
 
 def accepted_embedded(accept: str, format: Format) -> str:
     """Return the media type of records in a consumer's format; 406 if the client takes none."""
     own = next(media for media, of in EMBEDDED.items() if of == format)
-    generic = _GENERIC[:2] if format == "json" else ()
+    generic = _GENERIC if format == "json" else ()
     return _choose(accept, (own, *generic))
 
 

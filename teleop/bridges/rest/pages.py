@@ -9,7 +9,7 @@ from typing import Any, Final
 from aiokafka import TopicPartition
 
 from teleop.bridges.client_life import TIMEOUT
-from teleop.bridges.rest.consumers import MAX_BYTES, MAX_TIMEOUT, Consumer
+from teleop.bridges.rest.consumers import MAX_BYTES, MAX_TIMEOUT
 from teleop.bridges.rest.errors import Failure
 from teleop.bridges.rest.handlers import Elsewhere, Handler
 from teleop.bridges.rest.media_types import (
@@ -66,13 +66,7 @@ class Group(Handler):
         self.answer({"instance_id": made.name, "base_uri": uri}, media)
 
 
-class _OfConsumer(Handler):
-    def consumer(self, group: str, name: str) -> Consumer:
-        """Return the consumer that is meant."""
-        return self.state.consumers.find(group, name)
-
-
-class Instance(_OfConsumer):
+class Instance(Handler):
     """``/consumers/GROUP/instances/NAME``."""
 
     async def delete(self, group: str, name: str) -> None:
@@ -81,13 +75,13 @@ class Instance(_OfConsumer):
         self.nothing()
 
 
-class Subscription(_OfConsumer):
+class Subscription(Handler):
     """``/consumers/GROUP/instances/NAME/subscription``."""
 
     async def post(self, group: str, name: str) -> None:
         """Subscribe to topics."""
         check_plain(self.request.headers.get("Content-Type", ""))
-        consumer = self.consumer(group, name)
+        consumer = self.state.consumers.find(group, name)
         body = self.body()
         if "topic_pattern" in body and "topics" in body:
             raise Failure.SUBSCRIBED_TWICE.error()
@@ -105,22 +99,22 @@ class Subscription(_OfConsumer):
     async def get(self, group: str, name: str) -> None:
         """List the topics of the subscription."""
         media = self.plain()
-        self.answer({"topics": self.consumer(group, name).topics}, media)
+        self.answer({"topics": self.state.consumers.find(group, name).topics}, media)
 
     async def delete(self, group: str, name: str) -> None:
         """Subscribe to nothing."""
-        consumer = self.consumer(group, name)
+        consumer = self.state.consumers.find(group, name)
         async with consumer.busy:
             consumer.unsubscribe()
         self.nothing()
 
 
-class Records(_OfConsumer):
+class Records(Handler):
     """``/consumers/GROUP/instances/NAME/records``."""
 
     async def get(self, group: str, name: str) -> None:
         """Return what has come in since the last request."""
-        consumer = self.consumer(group, name)
+        consumer = self.state.consumers.find(group, name)
         accept = self.request.headers.get("Accept", "")
         wanted = {
             EMBEDDED.get(part.partition(";")[0].strip().lower()) for part in accept.split(",")
@@ -142,12 +136,12 @@ class Records(_OfConsumer):
         return int(text)
 
 
-class Offsets(_OfConsumer):
+class Offsets(Handler):
     """``/consumers/GROUP/instances/NAME/offsets``."""
 
     async def post(self, group: str, name: str) -> None:
         """Commit the offsets of a body; without one, of all records that were fetched."""
-        consumer = self.consumer(group, name)
+        consumer = self.state.consumers.find(group, name)
         offsets: dict[TopicPartition, int] | None = None
         if self.received:
             check_plain(self.request.headers.get("Content-Type", ""))

@@ -81,7 +81,7 @@ class RosapiHandlers:
 
     def topics_and_raw_types(self, request: Message, now: int) -> Message:
         """Return all topics with types and definitions."""
-        serializer = self._protocol.encoders.serializer(self._protocol.ros_version)
+        serializer = self._protocol.encoders.serializers[self._protocol.ros_version]
         texts = [serializer.definition(topic.kind) for topic in self._topics()]
         return {**self.topics(request, now), "typedefs_full_text": texts}
 

@@ -9,7 +9,6 @@ from typing import Final, TypeAlias
 
 from teleop.rosbridge.framing.outbox import Outbox
 from teleop.rosbridge.framing.outgoing_frames import (
-    TRY_AGAIN_LATER,
     CloseFrame,
     FrameKind,
     OutgoingFrame,
@@ -119,11 +118,8 @@ class _Lines:
     outbox: Outbox
     """What the link has not taken yet."""
 
-    close: CloseFrame | None = None
-    """What ends the connection after the responses before it; nothing is sent after it."""
-
     closed: bool = False
-    """Whether ``close`` is on the link."""
+    """Whether what ends the connection is on the link."""
 
     lossless: bool = False
     """Whether the client receives every frame, in their order: pings are no exception."""
@@ -137,14 +133,14 @@ class _Lines:
     @property
     def waiting(self) -> bool:
         """Whether anything waits for the link."""
-        return len(self.outbox) > 0 or (self.close is not None and not self.closed)
+        return len(self.outbox) > 0 or (self.outbox.close is not None and not self.closed)
 
     def pop(self) -> Output | None:
         """Remove and return what the link takes next; None if what waited has become too old."""
-        if (frame := self.outbox.pop()) is not None or self.close is None:
+        if (frame := self.outbox.pop()) is not None or self.outbox.close is None:
             return frame
         self.closed = True
-        return self.close
+        return self.outbox.close
 
 
 class DelayLines:
@@ -211,16 +207,11 @@ class DelayLines:
     def send(self, client: int, output: Output) -> None:
         """Have a frame pass the link to a client, after those that were sent before."""
         lines = self._lines.get(client)
-        if lines is None or lines.close is not None:
+        if lines is None or lines.outbox.close is not None:
             return
-        if isinstance(output, CloseFrame):
-            lines.outbox.discard_data()
-            lines.close = output
-        else:
+        if isinstance(output, OutgoingFrame):
             lines.lossless = output.lossless
-            if reason := lines.outbox.push(output):
-                lines.outbox.clear()
-                lines.close = CloseFrame(TRY_AGAIN_LATER, f"on the emulated link: {reason}")
+        lines.outbox.push(output)
         self._fill(client, lines, self._timers.now)
 
     def _fill(self, client: int, lines: _Lines, now: int) -> None:

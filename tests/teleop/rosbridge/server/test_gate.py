@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import asyncio
-import contextlib
 import errno
 import json
 import logging
@@ -33,7 +32,7 @@ from teleop.rosbridge.server.accept_errors import AcceptErrors
 from teleop.rosbridge.server.gate import FrameBudget, Gate
 from teleop.rosbridge.server.websocket_connection import WebSocketConnection
 from tests.teleop.rosbridge.server.test_http_pages import fetch
-from tests.teleop.rosbridge.server.test_server import client, in_a_loop, say, serving, until
+from tests.teleop.rosbridge.server.test_server import client, ended, in_a_loop, say, serving, until
 from tests.teleop.rosbridge.support import REGISTRY, SECOND
 
 STEP = SECOND // 1000
@@ -69,13 +68,6 @@ def test_reconnecting_does_not_refill_the_frames() -> None:
     assert passed <= 100 + 50 + 20 * 10
     fresh = gate.begin("10.0.0.7", SECOND)
     assert [fresh.excess(PING, SECOND) for _ in range(100)] == [None] * 100
-
-
-async def ended(connection: ClientConnection) -> None:
-    """Take what comes until the server hangs up."""
-    with contextlib.suppress(ConnectionClosed):
-        while True:
-            await connection.recv()
 
 
 @in_a_loop
