@@ -109,10 +109,10 @@ async def test_large_messages_that_wait_pause_reading() -> None:
         socket.receive = receive  # type: ignore[method-assign]
         await a.send('{"op":"status"}')  # the reader already waits for this one
         sending = asyncio.create_task(flood(a, 20))
-        await until(lambda: socket._waiting > 600_000)
+        await until(lambda: socket.recv_messages.waiting > 600_000)
         for _ in range(20):
             await asyncio.sleep(0.01)
-            assert socket._waiting <= 2_000_000
+            assert socket.recv_messages.waiting <= 2_000_000
         held.set()
         await sending
         await until(lambda: server.backlog(1) == 0)

@@ -286,7 +286,7 @@ async def test_clients_receive_the_reason_when_the_server_closes() -> None:
 @in_a_loop
 async def test_server_listens_on_loopback_only() -> None:
     async with serving() as server:
-        assert server._listener.addresses == ["127.0.0.1"]
+        assert server.addresses == ["127.0.0.1"]
         assert server.url == f"ws://127.0.0.1:{server.port}"
 
 
