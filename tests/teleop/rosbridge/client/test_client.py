@@ -36,7 +36,7 @@ async def test_messages_arrive_in_order_and_typed_in_both_encodings(compression:
             ("/scan", "sensor_msgs/LaserScan", scans),
             ("/cloud", "sensor_msgs/CompressedImage", images),
         ):
-            await client.subscribe(topic, kind, received.append, compression=compression)
+            last = await client.subscribe(topic, kind, received.append, compression=compression)
         await client.call("/rosapi/get_time")
         topics.publish("/cloud", {"data": b"\x00\xff"}, server.now)
         for i in range(10):
@@ -48,6 +48,8 @@ async def test_messages_arrive_in_order_and_typed_in_both_encodings(compression:
         assert scans[-1]["ranges"].dtype == np.float32
         assert scans[-1]["ranges"].tolist() == [9.0, 10.0, 11.0]
         assert [image["data"] for image in images] == [b"\x00\xff"]
+        await client.unsubscribe(last)
+        await until(lambda: not topics.wanted("/cloud"))
 
 
 @in_a_loop

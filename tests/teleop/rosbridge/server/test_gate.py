@@ -137,18 +137,19 @@ def test_requests_of_an_address_are_limited() -> None:
 
 
 @in_a_loop
-async def test_download_that_stands_still_leaves_for_another(
+async def test_download_that_stands_still_leaves_for_another_and_at_the_end(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     monkeypatch.setattr("teleop.rosbridge.server.downloads._STANDSTILL", 0.2)
-    async with serving() as server:
+    monkeypatch.setattr("teleop.rosbridge.server.listener.CLOSE_TIMEOUT", 0.1)
+    async with asyncio.timeout(5), serving() as server:
         server.pages.add_file("/map.ply", bytes(20_000_000))
         takers = [await downloading(server) for _ in range(4)]
         await until(lambda: len(server._handshake._downloads) == 4)
         await asyncio.sleep(0.3)
         assert (await fetch(server, "/map.ply"))[0] == 200
-        for taker in takers:
-            taker.transport.abort()
+    for taker in takers:
+        taker.transport.abort()
 
 
 async def downloading(server: Server) -> asyncio.StreamWriter:
