@@ -14,13 +14,16 @@ from rosbags.typesys.store import Typestore
 from teleop.rosbridge.messages.message_defaults import DTYPES
 from teleop.rosbridge.messages.message_types import Field, MessageType
 from teleop.rosbridge.messages.ros_serialization import RosSerializer, RosVersion
-from tests.teleop.rosbridge.support import FORM_NAMES, FORMS, Wire, extreme, typed_messages, whole
-
-TEXT = {"topic": "/text", "type": "std_msgs/String"}
-
-
-def publish(data: str) -> dict[str, Any]:
-    return {"op": "publish", "topic": "/text", "msg": {"data": data}}
+from tests.teleop.rosbridge.support import (
+    FORM_NAMES,
+    FORMS,
+    Wire,
+    extreme,
+    publish,
+    subscribe,
+    typed_messages,
+    whole,
+)
 
 
 @pytest.mark.parametrize(
@@ -35,18 +38,18 @@ def test_cbor_raw_contains_the_serialization_of_the_requested_ros(
     kind: str, ros_version: Any, expected: bytes
 ) -> None:
     wire = Wire(ros_version=ros_version)
-    wire.send({"op": "subscribe", "topic": "/text", "type": kind, "compression": "cbor-raw"})
+    wire.send(subscribe(kind=kind, compression="cbor-raw"))
     wire.now += 7
     wire.send(publish("é"))
     (received,) = wire.received()
     message = {"secs": 1, "nsecs": 7, "bytes": expected}
-    assert received == {"op": "publish", "topic": "/text", "msg": message}
+    assert received == {"op": "publish", "topic": "/chatter", "msg": message}
 
 
 def test_highest_priority_encoding_is_used() -> None:
     wire = Wire()
     for i, compression in enumerate(("none", "png", "cbor", "cbor-raw")):
-        wire.send({"op": "subscribe", **TEXT, "compression": compression, "id": i})
+        wire.send(subscribe(compression=compression, id=i))
         wire.send(publish("x"))
     assert [output.binary for output in wire.outputs()] == [False, False, True, True]
 

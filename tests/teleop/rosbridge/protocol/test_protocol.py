@@ -10,18 +10,7 @@ from teleop.rosbridge.framing.outgoing_frames import CloseFrame, FrameKind
 from teleop.rosbridge.graph.deferred_response import DeferredResponse
 from teleop.rosbridge.limits import ClientLimits
 from teleop.rosbridge.messages.message_types import Message
-from tests.teleop.rosbridge.support import SECOND, Wire, error
-
-CHATTER = {"topic": "/chatter", "type": "std_msgs/String"}
-
-
-def subscribe(topic: str = "/chatter", kind: str = "std_msgs/String", **more: Any) -> Message:
-    return {"op": "subscribe", "topic": topic, "type": kind, **more}
-
-
-def publish(data: Any, topic: str = "/chatter") -> Message:
-    return {"op": "publish", "topic": topic, "msg": {"data": data}}
-
+from tests.teleop.rosbridge.support import CHATTER, SECOND, Wire, error, publish, subscribe
 
 # Topics between clients
 
