@@ -25,7 +25,8 @@ from teleop.bridges.servos.servo_lines import joint_line
 from teleop.ros_types import registry
 from teleop.rosbridge import Client, Protocol, Server
 from teleop.rosbridge.errors import ClientError
-from tests.teleop.support import PATIENCE, in_a_loop
+from tests.teleop.bridges.support import until
+from tests.teleop.support import in_a_loop
 
 TABLE = load_arm()
 READY = [*np.degrees(TABLE.poses["ready"]).tolist(), 90.0]
@@ -95,13 +96,6 @@ async def bridge(url: str, port: Path) -> AsyncIterator[list[str]]:
         assert not task.done(), task.exception()
         task.cancel()
         await asyncio.wait([task])
-
-
-async def until(true: Callable[[], object], what: object = "") -> None:
-    end = time.monotonic() + PATIENCE
-    while not true():
-        assert time.monotonic() < end, what() if callable(what) else what
-        await asyncio.sleep(0.01)
 
 
 @asynccontextmanager
