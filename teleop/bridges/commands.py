@@ -34,9 +34,10 @@ class KafkaBridge:
     def __call__(self) -> int:
         """Run until Ctrl-C."""
         require("aiokafka", "the bridge to Kafka")
-        from teleop.bridges.run import run_kafka_bridge
+        from teleop.bridges.kafka.bridge import run_bridge
+        from teleop.bridges.until_ended import run_until_ended
 
-        return run_kafka_bridge(self.broker, self.bridge, say)
+        return run_until_ended(run_bridge(self.broker, self.bridge, say))
 
 
 @dataclass(frozen=True)
@@ -52,9 +53,10 @@ class KafkaRest:
         """Serve until Ctrl-C."""
         for library in ("aiokafka", "tornado"):
             require(library, "the REST proxy of Kafka")
-        from teleop.bridges.run import run_kafka_rest
+        from teleop.bridges.rest.server import serve_rest
+        from teleop.bridges.until_ended import run_until_ended
 
-        return run_kafka_rest(self.broker, self.rest, say)
+        return run_until_ended(serve_rest(self.broker, self.rest, say))
 
 
 @dataclass(frozen=True)

@@ -80,7 +80,7 @@ class ViewerAccess:
     def still(self, access: Access) -> bool:
         """Return whether permissions that somebody was given hold now."""
         authenticator = self._protocol.authenticator
-        return authenticator is None or authenticator.still_grants(access)
+        return authenticator is None or authenticator.credentials.still_grant(access)
 
     async def _ticket_page(self, request: HttpRequest) -> Page:
         access = UNGUARDED if self._protocol.authenticator is None else request.access

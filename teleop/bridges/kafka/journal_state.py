@@ -5,6 +5,8 @@ from __future__ import annotations
 from dataclasses import asdict, dataclass, replace
 from typing import Any, Final
 
+import msgspec
+
 from teleop.bridges.kafka.results import Result
 from teleop.step_commands.turtle_control import StepSizes
 
@@ -66,7 +68,7 @@ class JournalState:
         """
         match entry["is"]:
             case "state":
-                return _state(entry["state"])
+                return msgspec.convert(entry["state"], JournalState)
             case "opened":
                 mark = None if entry["mark"] is None else Mark(**entry["mark"])
                 state = self if entry["log"] == self.log else self._in_a_new_log()
@@ -74,8 +76,7 @@ class JournalState:
                     state, log=entry["log"], next=entry["next"], end=entry["end"], mark=mark
                 )
             case "begun":
-                digests = [entry["mark"]["digest"]] if "mark" in entry else []  # old ones have none
-                driven = (*self.driven, *digests)[-REMEMBERED:]
+                driven = (*self.driven, entry["mark"]["digest"])[-REMEMBERED:]
                 return replace(self, begun=entry["offset"], driven=driven)
             case "ended":
                 result = Result(**entry["result"])
@@ -89,7 +90,7 @@ class JournalState:
                     mark=Mark(**entry["mark"]),
                     distance=entry["distance"],
                     angle=entry["angle"],
-                    inverted=entry.get("inverted"),  # which old journals have not
+                    inverted=entry["inverted"],
                 )
             case "published":
                 rest = self.waiting[entry["count"] :]
@@ -104,10 +105,3 @@ class JournalState:
     def as_entry(self) -> dict[str, Any]:
         """Return an entry that says all of it."""
         return {"is": "state", "state": asdict(self)}
-
-
-def _state(fields: dict[str, Any]) -> JournalState:
-    mark = None if fields["mark"] is None else Mark(**fields["mark"])
-    waiting = tuple(Result(**result) for result in fields["waiting"])
-    digests = {name: tuple(fields.get(name, ())) for name in ("driven", "driven_before")}
-    return JournalState(**{**fields, **digests, "mark": mark, "waiting": waiting})

@@ -49,14 +49,17 @@ class PartitionLog:
         got = await self.consumer.getmany(timeout_ms=int(wait * 1e3), max_records=100)
         return list(got.get(self._place, ()))
 
+    async def named_begin(self) -> int:
+        """Return the first offset."""
+        return int((await self.consumer.beginning_offsets([self._place]))[self._place])
+
     async def named_end(self) -> int:
         """Return what the broker calls the end."""
         return int((await self.consumer.end_offsets([self._place]))[self._place])
 
     async def bounds(self) -> tuple[int, int]:
         """Return the first offset, and the one behind the last record; the position is anywhere afterwards."""
-        begin = int((await self.consumer.beginning_offsets([self._place]))[self._place])
-        end = await self.named_end()
+        begin, end = await self.named_begin(), await self.named_end()
         if begin < end:
             end = max(end, (await self.look(end - 1))[1])
         return begin, end

@@ -6,11 +6,12 @@ import asyncio
 import logging
 from typing import Any, Final
 
-from aiokafka import AIOKafkaConsumer, TopicPartition
+from aiokafka import TopicPartition
 
 from teleop.bridges.client_life import FAILURES, TIMEOUT, running
 from teleop.bridges.kafka.journal import Journal
-from teleop.bridges.kafka.producer import Producer
+from teleop.bridges.kafka.partition_log import PartitionLog
+from teleop.bridges.producer import Producer
 
 _RETRY: Final = 0.5
 """Pause before the next attempt [s]."""
@@ -72,24 +73,16 @@ class ResultPublisher:
 
     async def _published_keys(self) -> tuple[set[bytes | None], int]:
         """Return the keys behind the last result that is known to be published, and the topic's end."""
-        consumer = AIOKafkaConsumer(
-            **self._settings,
-            auto_offset_reset="earliest",
-            enable_auto_commit=False,
-            request_timeout_ms=int(TIMEOUT * 1e3),
-        )
+        log = PartitionLog(self._settings, self._place)
         keys: set[bytes | None] = set()
-        async with running(consumer), asyncio.timeout(2 * TIMEOUT):
-            consumer.assign([self._place])
-            begin = (await consumer.beginning_offsets([self._place]))[self._place]
-            end = int((await consumer.end_offsets([self._place]))[self._place])
+        async with running(log.consumer), asyncio.timeout(2 * TIMEOUT):
+            log.consumer.assign([self._place])
+            begin, end = await log.named_begin(), await log.named_end()
             # A topic that ends before what was published has lost it and is read from its beginning.
             at = self._journal.state.published
             next = max(begin, at) if at <= end else begin
-            consumer.seek(self._place, next)
+            log.go_to(next)
             while next < end:
-                got = await consumer.getmany(self._place, timeout_ms=200)
-                for record in got.get(self._place, ()):
-                    keys.add(record.key)
-                next = await consumer.position(self._place)  # also behind what is no record
+                keys |= {record.key for record in await log.read(0.2)}
+                next = await log.consumer.position(self._place)  # also behind what is no record
         return keys, end

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import json
-from dataclasses import dataclass
-from typing import Any, Final
+from dataclasses import asdict, dataclass
+from typing import Final
 
 DONE: Final = "done"
 """Everything that the command asks for was done."""
@@ -55,18 +55,9 @@ class Result:
 
     @property
     def value(self) -> bytes:
-        """Value of the published record."""
-        return json.dumps(self.as_dict()).encode()
-
-    def as_dict(self) -> dict[str, Any]:
-        """Return the fields in the types of JSON; ``lost`` only where there is a loss."""
-        fields: dict[str, Any] = {
-            "partition": self.partition,
-            "offset": self.offset,
-            "log": self.log,
-            "outcome": self.outcome,
-            "message": self.message,
-            "distance": round(self.distance, 4),
-            "angle": round(self.angle, 5),
-        }
-        return fields | ({"lost": self.lost} if self.outcome == LOST else {})
+        """Value of the published record; ``lost`` is only in that of a loss."""
+        fields = asdict(self)
+        fields |= {"distance": round(self.distance, 4), "angle": round(self.angle, 5)}
+        if self.outcome != LOST:
+            del fields["lost"]
+        return json.dumps(fields).encode()

@@ -7,8 +7,8 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, Final
 
-from teleop.bridges.first_connection import connect
 from teleop.bridges.kafka import results
+from teleop.bridges.robot_client import connect
 from teleop.clock import unix_seconds
 from teleop.errors import TeleopError
 from teleop.rosbridge import Client, ConnectionState

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any, Final
 
 from teleop.bridges.client_life import FAILURES
-from teleop.bridges.kafka.producer import Producer
+from teleop.bridges.producer import Producer
 from teleop.clock import utc_text
 from teleop.rosbridge import Client
 

@@ -11,7 +11,6 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from teleop.bridges.endless import endless
-from teleop.bridges.first_connection import connect
 from teleop.bridges.motion_platform.bridge_config import (
     MotionPlatformConfig,
     MotionReceiverConfig,
@@ -27,11 +26,10 @@ from teleop.bridges.motion_platform.datagram import (
 from teleop.bridges.motion_platform.follower import Follower
 from teleop.bridges.motion_platform.limited_motion import PERIOD, settling_time
 from teleop.bridges.motion_platform.platform import load_platform
-from teleop.bridges.secret_files import read_secret, trust
+from teleop.bridges.robot_client import connect, robot_client
 from teleop.bridges.seldom import Seldom
 from teleop.errors import SettingError
-from teleop.ros_types import registry
-from teleop.rosbridge import Client, ConnectionState
+from teleop.rosbridge import Client, stamp
 
 ATTITUDE: Final = "/motion_platform/attitude"
 POSE: Final = "/motion_platform/pose"
@@ -54,7 +52,6 @@ class MotionPlatformBridge:
         self._socket.setblocking(False)
         self._faults, self._unsent = Seldom(), Seldom()
         self._following: bool | None = None
-        client.on_connection(self._note)
 
     async def run(self) -> None:
         """Send poses without end.
@@ -119,22 +116,13 @@ class MotionPlatformBridge:
     async def _publish(self, pose: PlatformPose) -> None:
         if not self._client.connected:
             return
-        header = {
-            "stamp": {"sec": pose.stamp // 10**9, "nanosec": pose.stamp % 10**9},
-            "frame_id": _FRAME,
-        }
+        header = {"stamp": stamp(pose.stamp), "frame_id": _FRAME}
         x, y, z, w = Rotation.from_euler("ZYX", pose.pose[5:2:-1]).as_quat().tolist()
         quaternion = {"x": x, "y": y, "z": z, "w": w}
         place = dict(zip("xyz", pose.pose[:3].tolist(), strict=True))
         await self._client.publish(ATTITUDE, {"header": header, "quaternion": quaternion})
         both = {"position": place, "orientation": quaternion}
         await self._client.publish(POSE, {"header": header, "pose": both})
-
-    def _note(self, state: ConnectionState) -> None:
-        if state is ConnectionState.CONNECTED:
-            self._say(f"{self._client.url} is connected")
-        elif state is ConnectionState.DISCONNECTED:
-            self._say(f"lost {self._client.url}: {self._client.closed_reason}")
 
 
 async def run_motion_platform(config: MotionPlatformConfig, say: Say) -> None:
@@ -146,16 +134,10 @@ async def run_motion_platform(config: MotionPlatformConfig, say: Say) -> None:
         PartEndedError: If a part of the bridge has ended without an error.
     """
     platform = load_platform(config.platform)
-    token = read_secret(config.token_file, "token")
-    client = Client(config.robot, registry=registry(), token=token, tls=trust(config.ca))
-    say(f"{platform.title}; settles level within {settling_time(platform.limits):.1f} s")
-    try:
+    async with robot_client(config.robot, config.token_file, config.ca, say) as client:
+        say(f"{platform.title}; settles level within {settling_time(platform.limits):.1f} s")
         follower = Follower(platform, config.cueing, config.gain)
         await MotionPlatformBridge(config, client, follower, say).run()
-    except* Exception as errors:
-        raise errors.exceptions[0] from None
-    finally:
-        await client.close()
 
 
 class _Listener(asyncio.DatagramProtocol):

@@ -7,8 +7,9 @@ are those of the open implementation ``shoarai/washout``.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Final, Protocol
+from typing import Final, TypeAlias
 
 import numpy as np
 from scipy.spatial.transform import Rotation
@@ -32,8 +33,6 @@ platform exceeds it by a third while it catches up with what its acceleration li
 class Feeling:
     """What the robot's inertial unit says at one instant, in base_link."""
 
-    stamp: int
-    """[ns], the robot's clock."""
     orientation: FloatArray
     """Quaternion (4,) xyzw."""
     turn_rate: FloatArray
@@ -47,24 +46,8 @@ class Feeling:
         return np.array([roll, pitch])
 
 
-class Cues(Protocol):
-    """A rule from what is felt to where the platform should be."""
-
-    def step(self, feeling: Feeling, age: float) -> FloatArray:
-        """Return the target (6,) after one more period; ``age`` is how long ago that was felt [s]."""
-
-
-class DirectTilt:
-    """Roll and pitch as the robot's, carried on by its turn rate for the age of what is known."""
-
-    def __init__(self, gain: float) -> None:
-        """Take the share of the robot's tilt that the platform takes."""
-        self._gain = gain
-
-    def step(self, feeling: Feeling, age: float) -> FloatArray:
-        """Return the target (6,)."""
-        roll, pitch = self._gain * (feeling.tilt() + feeling.turn_rate[:2] * age)
-        return np.array([0.0, 0.0, 0.0, roll, pitch, 0.0])
+Cues: TypeAlias = Callable[[Feeling, float], FloatArray]
+"""Returns the target (6,) after one more period, by what was felt and how long ago that was [s]."""
 
 
 class Washout:
@@ -101,5 +84,13 @@ class Washout:
 
 
 def cues(kind: Cueing, gain: float) -> Cues:
-    """Return a rule in its first state."""
-    return DirectTilt(gain) if kind == "tilt" else Washout(gain)
+    """Return a rule in its first state, for a share of what is felt."""
+    if kind == "washout":
+        return Washout(gain).step
+
+    def tilt(feeling: Feeling, age: float) -> FloatArray:
+        """Tilt as the robot does, carried on by its turn rate for the age of what is known."""
+        roll, pitch = gain * (feeling.tilt() + feeling.turn_rate[:2] * age)
+        return np.array([0.0, 0.0, 0.0, roll, pitch, 0.0])
+
+    return tilt

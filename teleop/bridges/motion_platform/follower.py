@@ -52,11 +52,9 @@ class Follower:
             orientation = _rotation(message["orientation"]) * mount.inv()
         if not np.isfinite([*turn, *force]).all():
             raise ValueError("a number is not finite")
-        stamp = message["header"]["stamp"]
-        nanoseconds = int(stamp["sec"]) * 10**9 + int(stamp["nanosec"])
         if self._silent(now):
             self._cues = cues(self._cueing, self._gain)
-        self._feeling = Feeling(nanoseconds, orientation.as_quat(), turn, force)
+        self._feeling = Feeling(orientation.as_quat(), turn, force)
         self._heard = now
 
     def take_transforms(self, message: dict[str, Any]) -> None:
@@ -78,7 +76,7 @@ class Follower:
         feeling, following = self._feeling, not (self._stopped or self._silent(now))
         before = self._target
         if feeling is not None and following:
-            self._target = self._cues.step(feeling, min(now - self._heard, _AHEAD))
+            self._target = self._cues(feeling, min(now - self._heard, _AHEAD))
             rate = (self._target - before) / PERIOD
         else:
             self._target, rate = np.zeros(6), np.zeros(6)

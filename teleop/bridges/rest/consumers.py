@@ -13,13 +13,7 @@ from uuid import uuid4
 from aiokafka import AIOKafkaConsumer, ConsumerRecord, TopicPartition
 
 from teleop.bridges.client_life import TIMEOUT, start, stop
-from teleop.bridges.rest.errors import (
-    bad_consumer_setting,
-    consumer_exists,
-    no_consumer,
-    too_many_consumers,
-    unreadable,
-)
+from teleop.bridges.rest.errors import Failure
 from teleop.bridges.rest.media_types import Format
 
 MAX_CONSUMERS: Final = 64
@@ -68,7 +62,7 @@ class Consumer:
                 await start(fresh)
             if self.ended:
                 await stop(fresh)
-                raise no_consumer()
+                raise Failure.NO_CONSUMER.error()
             self.kafka = fresh
         self.kafka.subscribe(topics)
         self.topics = topics
@@ -130,23 +124,23 @@ class Consumers:
         """Make a consumer by the settings of a body."""
         name = body.get("name") or f"rest-consumer-{uuid4()}"
         if not isinstance(name, str) or not _NAME.fullmatch(name) or not _NAME.fullmatch(group):
-            raise unreadable("group and name are letters, digits, dots, - and _")
+            raise Failure.UNREADABLE.error("group and name are letters, digits, dots, - and _")
         if unknown := sorted(map(str, body.keys() - _SETTINGS)):
-            raise bad_consumer_setting(
+            raise Failure.BAD_CONSUMER_SETTING.error(
                 f"unknown {unknown[0]:.60}; known are {', '.join(sorted(_SETTINGS))}"
             )
         format = body.get("format", "binary")
         if format not in ("json", "binary"):
-            raise bad_consumer_setting("format must be json or binary")
+            raise Failure.BAD_CONSUMER_SETTING.error("format must be json or binary")
         reset = body.get("auto.offset.reset", "latest")
         if reset not in ("latest", "earliest"):
-            raise bad_consumer_setting("auto.offset.reset must be latest or earliest")
+            raise Failure.BAD_CONSUMER_SETTING.error("auto.offset.reset must be latest or earliest")
         commit = _switch(body.get("auto.commit.enable", "true"))
         timeout = _milliseconds(body.get("consumer.request.timeout.ms"))
         if (group, name) in self._consumers:
-            raise consumer_exists()
+            raise Failure.CONSUMER_EXISTS.error()
         if len(self._consumers) >= MAX_CONSUMERS:
-            raise too_many_consumers(MAX_CONSUMERS)
+            raise Failure.TOO_MANY_CONSUMERS.error(MAX_CONSUMERS)
         make = partial(
             AIOKafkaConsumer,
             **self._settings,
@@ -165,7 +159,7 @@ class Consumers:
         """Return a consumer, which is in use from now on; 404 if there is no such consumer."""
         found = self._consumers.get((group, name))
         if found is None:
-            raise no_consumer()
+            raise Failure.NO_CONSUMER.error()
         found.used = self._now()
         return found
 
@@ -194,7 +188,7 @@ def _switch(value: object) -> bool:
         return True
     if value in (False, "false", "False"):
         return False
-    raise bad_consumer_setting("auto.commit.enable must be true or false")
+    raise Failure.BAD_CONSUMER_SETTING.error("auto.commit.enable must be true or false")
 
 
 def _milliseconds(value: object) -> float:
@@ -203,5 +197,7 @@ def _milliseconds(value: object) -> float:
         return DEFAULT_TIMEOUT
     text = str(value)
     if not re.fullmatch(r"\d{1,9}", text):
-        raise bad_consumer_setting("consumer.request.timeout.ms must be a whole number from 0")
+        raise Failure.BAD_CONSUMER_SETTING.error(
+            "consumer.request.timeout.ms must be a whole number from 0"
+        )
     return min(int(text) / 1e3, MAX_TIMEOUT)

@@ -13,14 +13,7 @@ from tornado.web import HTTPError, RequestHandler, stream_request_body
 
 from teleop.bridges.broker_options import is_loopback
 from teleop.bridges.client_life import FAILURES
-from teleop.bridges.rest.errors import (
-    RestError,
-    forbidden,
-    no_broker,
-    no_such_page,
-    unauthorized,
-    unreadable,
-)
+from teleop.bridges.rest.errors import Failure, RestError
 from teleop.bridges.rest.media_types import PLAIN, accepted_plain
 from teleop.bridges.rest.state import State
 
@@ -72,10 +65,10 @@ class Handler(RequestHandler):
             "none",
             "same-origin",
         ):
-            raise forbidden("web pages are not served")
+            raise Failure.FORBIDDEN.error("web pages are not served")
         host = self.request.host_name
         if self.state.on_loopback and not is_loopback(host):
-            raise forbidden(f"Host must be this machine, got {host:.100}")
+            raise Failure.FORBIDDEN.error(f"Host must be this machine, got {host:.100}")
 
     def _check_token(self) -> None:
         if (token := self.state.token) is None:
@@ -90,16 +83,16 @@ class Handler(RequestHandler):
         elif scheme.lower() != "bearer":
             given = ""
         if not hmac.compare_digest(given.encode(errors="replace"), token.encode()):
-            raise unauthorized()
+            raise Failure.UNAUTHORIZED.error()
 
     def body(self) -> dict[str, Any]:
         """Return the body, an object of JSON; 422 if it is anything else."""
         try:
             parsed = json.loads(self.received)
         except (ValueError, RecursionError):
-            raise unreadable("it is no JSON") from None
+            raise Failure.UNREADABLE.error("it is no JSON") from None
         if not isinstance(parsed, dict):
-            raise unreadable("it must be an object")
+            raise Failure.UNREADABLE.error("it must be an object")
         return parsed
 
     def plain(self) -> str:
@@ -120,7 +113,7 @@ class Handler(RequestHandler):
         """Answer with the error that was raised."""
         error = kwargs.get("exc_info", (None, None, None))[1]
         if isinstance(error, FAILURES):
-            error = no_broker(str(error))
+            error = Failure.NO_BROKER.error(str(error) or "no answer")
         elif isinstance(error, HTTPError):
             error = RestError(status_code, status_code, f"HTTP {status_code} {self._reason}")
         elif not isinstance(error, RestError):
@@ -144,6 +137,6 @@ class Elsewhere(Handler):
 
     def get(self, *_: str) -> None:
         """Refuse."""
-        raise no_such_page()
+        raise Failure.NO_SUCH_PAGE.error()
 
     post = put = patch = delete = head = options = get

@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from typing import Final, Literal, TypeAlias
 
-from teleop.bridges.rest.errors import not_acceptable, unsupported_media_type
+from teleop.bridges.rest.errors import Failure
 
 Format: TypeAlias = Literal["json", "binary"]
 """How keys and values of records are embedded: as they are, or as base64."""
@@ -19,14 +19,14 @@ EMBEDDED: Final[dict[str, Format]] = {
 }
 """Of what holds records."""
 
-_GENERIC: Final = ("application/vnd.kafka+json", "application/json", "application/octet-stream")
+_GENERIC: Final = ("application/vnd.kafka+json", "application/json")
 
 
 def embedded_format(content_type: str) -> Format:
     """Return the format of the records in a body; 415 if it has none."""
     found = EMBEDDED.get(_bare(content_type))
     if found is None:
-        raise unsupported_media_type(" or ".join(EMBEDDED))
+        raise Failure.UNSUPPORTED_MEDIA_TYPE.error(" or ".join(EMBEDDED))
     return found
 
 
@@ -35,19 +35,19 @@ def check_plain(content_type: str) -> None:
 
     The glasses create their consumer with the media type of records, and so does this.
     """
-    if _bare(content_type) not in (PLAIN, *EMBEDDED, *_GENERIC[:2]):
-        raise unsupported_media_type(PLAIN)
+    if _bare(content_type) not in (PLAIN, *EMBEDDED, *_GENERIC):
+        raise Failure.UNSUPPORTED_MEDIA_TYPE.error(PLAIN)
 
 
 def accepted_plain(accept: str) -> str:
     """Return the media type of an answer without records; 406 if the client takes none."""
-    return _choose(accept, (PLAIN, *_GENERIC[:2]))
+    return _choose(accept, (PLAIN, *_GENERIC))
 
 
 def accepted_embedded(accept: str, format: Format) -> str:
     """Return the media type of records in a consumer's format; 406 if the client takes none."""
     own = next(media for media, of in EMBEDDED.items() if of == format)
-    generic = _GENERIC[:2] if format == "json" else ()
+    generic = _GENERIC if format == "json" else ()
     return _choose(accept, (own, *generic))
 
 
@@ -61,7 +61,7 @@ def _choose(accept: str, offered: tuple[str, ...]) -> str:
             return media
         if media in ("*/*", "application/*"):
             return offered[0]
-    raise not_acceptable(offered[0])
+    raise Failure.NOT_ACCEPTABLE.error(offered[0])
 
 
 def _bare(media: str) -> str:

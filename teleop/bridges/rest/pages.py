@@ -9,8 +9,8 @@ from typing import Any, Final
 from aiokafka import TopicPartition
 
 from teleop.bridges.client_life import TIMEOUT
-from teleop.bridges.rest.consumers import MAX_BYTES, MAX_TIMEOUT, Consumer
-from teleop.bridges.rest.errors import other_format, subscribed_twice, unreadable
+from teleop.bridges.rest.consumers import MAX_BYTES, MAX_TIMEOUT
+from teleop.bridges.rest.errors import Failure
 from teleop.bridges.rest.handlers import Elsewhere, Handler
 from teleop.bridges.rest.media_types import (
     EMBEDDED,
@@ -66,13 +66,7 @@ class Group(Handler):
         self.answer({"instance_id": made.name, "base_uri": uri}, media)
 
 
-class _OfConsumer(Handler):
-    def consumer(self, group: str, name: str) -> Consumer:
-        """Return the consumer that is meant."""
-        return self.state.consumers.find(group, name)
-
-
-class Instance(_OfConsumer):
+class Instance(Handler):
     """``/consumers/GROUP/instances/NAME``."""
 
     async def delete(self, group: str, name: str) -> None:
@@ -81,19 +75,21 @@ class Instance(_OfConsumer):
         self.nothing()
 
 
-class Subscription(_OfConsumer):
+class Subscription(Handler):
     """``/consumers/GROUP/instances/NAME/subscription``."""
 
     async def post(self, group: str, name: str) -> None:
         """Subscribe to topics."""
         check_plain(self.request.headers.get("Content-Type", ""))
-        consumer = self.consumer(group, name)
+        consumer = self.state.consumers.find(group, name)
         body = self.body()
         if "topic_pattern" in body and "topics" in body:
-            raise subscribed_twice()
+            raise Failure.SUBSCRIBED_TWICE.error()
         topics = body.get("topics")
         if not isinstance(topics, list) or not 0 < len(topics) <= 100:
-            raise unreadable("topics must be a list of 1 to 100 names; patterns are not supported")
+            raise Failure.UNREADABLE.error(
+                "topics must be a list of 1 to 100 names; patterns are not supported"
+            )
         for topic in topics:
             check_topic(topic)
         async with consumer.busy:
@@ -103,28 +99,28 @@ class Subscription(_OfConsumer):
     async def get(self, group: str, name: str) -> None:
         """List the topics of the subscription."""
         media = self.plain()
-        self.answer({"topics": self.consumer(group, name).topics}, media)
+        self.answer({"topics": self.state.consumers.find(group, name).topics}, media)
 
     async def delete(self, group: str, name: str) -> None:
         """Subscribe to nothing."""
-        consumer = self.consumer(group, name)
+        consumer = self.state.consumers.find(group, name)
         async with consumer.busy:
             consumer.unsubscribe()
         self.nothing()
 
 
-class Records(_OfConsumer):
+class Records(Handler):
     """``/consumers/GROUP/instances/NAME/records``."""
 
     async def get(self, group: str, name: str) -> None:
         """Return what has come in since the last request."""
-        consumer = self.consumer(group, name)
+        consumer = self.state.consumers.find(group, name)
         accept = self.request.headers.get("Accept", "")
         wanted = {
             EMBEDDED.get(part.partition(";")[0].strip().lower()) for part in accept.split(",")
         }
         if wanted <= {"json", "binary"} and consumer.format not in wanted:
-            raise other_format()
+            raise Failure.OTHER_FORMAT.error()
         media = accepted_embedded(accept, consumer.format)
         timeout = self._number("timeout", int(consumer.timeout * 1e3)) / 1e3
         max_bytes = self._number("max_bytes", MAX_BYTES)
@@ -136,16 +132,16 @@ class Records(_OfConsumer):
     def _number(self, name: str, default: int) -> int:
         text = self.get_query_argument(name, str(default))
         if not re.fullmatch(r"\d{1,9}", text):
-            raise unreadable(f"{name} must be a whole number from 0")
+            raise Failure.UNREADABLE.error(f"{name} must be a whole number from 0")
         return int(text)
 
 
-class Offsets(_OfConsumer):
+class Offsets(Handler):
     """``/consumers/GROUP/instances/NAME/offsets``."""
 
     async def post(self, group: str, name: str) -> None:
         """Commit the offsets of a body; without one, of all records that were fetched."""
-        consumer = self.consumer(group, name)
+        consumer = self.state.consumers.find(group, name)
         offsets: dict[TopicPartition, int] | None = None
         if self.received:
             check_plain(self.request.headers.get("Content-Type", ""))
@@ -160,7 +156,7 @@ class Offsets(_OfConsumer):
 def _offsets(body: dict[str, Any]) -> dict[TopicPartition, int]:
     entries = body.get("offsets")
     if not isinstance(entries, list) or not 0 < len(entries) <= 1000:
-        raise unreadable(
+        raise Failure.UNREADABLE.error(
             "offsets must be a list of 1 to 1000 objects of topic, partition and offset"
         )
     offsets: dict[TopicPartition, int] = {}
@@ -171,7 +167,9 @@ def _offsets(body: dict[str, Any]) -> dict[TopicPartition, int]:
             ):
                 offsets[TopicPartition(topic, partition)] = offset
             case _:
-                raise unreadable(f"offsets[{number}] must have topic, partition and offset")
+                raise Failure.UNREADABLE.error(
+                    f"offsets[{number}] must have topic, partition and offset"
+                )
     return offsets
 
 

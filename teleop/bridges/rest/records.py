@@ -11,7 +11,7 @@ from typing import Any, Final
 
 from aiokafka import ConsumerRecord
 
-from teleop.bridges.rest.errors import unreadable
+from teleop.bridges.rest.errors import Failure
 from teleop.bridges.rest.media_types import Format
 
 MAX_RECORDS: Final = 1000
@@ -38,14 +38,14 @@ def read_records(body: Mapping[str, Any], format: Format, now: float) -> list[Ne
     """Return the records of a body, received at a time [s since 1970]; 422 if they are invalid."""
     records = body.get("records")
     if not isinstance(records, list) or not 0 < len(records) <= MAX_RECORDS:
-        raise unreadable(f"records must be a list of 1 to {MAX_RECORDS} records")
+        raise Failure.UNREADABLE.error(f"records must be a list of 1 to {MAX_RECORDS} records")
     return [_read(record, format, number, now) for number, record in enumerate(records)]
 
 
 def _read(record: object, format: Format, number: int, now: float) -> NewRecord:
     where = f"records[{number}]"
     if not isinstance(record, dict) or "value" not in record or record.keys() - _KNOWN:
-        raise unreadable(
+        raise Failure.UNREADABLE.error(
             f"{where} must be an object of value, and key, partition, timestamp if wanted"
         )
     return NewRecord(
@@ -63,23 +63,23 @@ def _bytes(value: object, format: Format, where: str) -> bytes | None:
         # As ASCII: JSON may hold halves of characters, UTF-8 may not.
         return json.dumps(value, separators=(",", ":")).encode()
     if not isinstance(value, str):
-        raise unreadable(f"{where} must be base64 in a text")
+        raise Failure.UNREADABLE.error(f"{where} must be base64 in a text")
     try:
         return base64.b64decode(value, validate=True)
     except (binascii.Error, ValueError):
-        raise unreadable(f"{where} is no base64") from None
+        raise Failure.UNREADABLE.error(f"{where} is no base64") from None
 
 
 def _integer(value: object, where: str) -> int | None:
     if value is None or (isinstance(value, int) and not isinstance(value, bool) and value >= 0):
         return value
-    raise unreadable(f"{where} must be a whole number from 0")
+    raise Failure.UNREADABLE.error(f"{where} must be a whole number from 0")
 
 
 def _timestamp(value: object, where: str, now: float) -> int | None:
     timestamp = _integer(value, where)
     if timestamp is not None and timestamp > (now + AHEAD) * 1e3:
-        raise unreadable(
+        raise Failure.UNREADABLE.error(
             f"{where} must be milliseconds since 1970, at most an hour ahead of this machine's clock"
         )
     return timestamp

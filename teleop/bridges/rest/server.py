@@ -56,7 +56,6 @@ async def rest_server(broker: BrokerOptions, config: RestConfig) -> AsyncIterato
         context = tls_context(config.tls_cert, config.tls_key)
     loop = asyncio.get_running_loop()
     state = State(
-        settings,
         TopicProducer(settings),
         Consumers(settings, loop.time),
         token,

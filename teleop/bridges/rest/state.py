@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
 
 from teleop.bridges.rest.consumers import Consumers
-from teleop.bridges.rest.errors import forbidden
+from teleop.bridges.rest.errors import Failure
 from teleop.bridges.rest.topic_producer import TopicProducer
 
 
@@ -15,8 +13,6 @@ from teleop.bridges.rest.topic_producer import TopicProducer
 class State:
     """Broker, consumers, and who may ask."""
 
-    settings: Mapping[str, Any]
-    """Arguments of aiokafka's clients."""
     producer: TopicProducer
     """What sends records."""
     consumers: Consumers
@@ -32,4 +28,6 @@ class State:
         """Refuse with 403 a topic to which clients may not send."""
         if self.send_to is not None and topic not in self.send_to:
             allowed = ", ".join(sorted(self.send_to))
-            raise forbidden(f"nothing is sent to {topic:.60}, only to {allowed}; see --send-to")
+            raise Failure.FORBIDDEN.error(
+                f"nothing is sent to {topic:.60}, only to {allowed}; see --send-to"
+            )

@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from typing import Final
 
-from teleop.bridges.rest.errors import forbidden, no_topic
+from teleop.bridges.rest.errors import Failure
 
 _TOPIC: Final = re.compile(r"[A-Za-z0-9._-]{1,249}")
 
@@ -18,6 +18,8 @@ def is_internal(topic: str) -> bool:
 def check_topic(topic: object) -> None:
     """Refuse what is no name of a topic, with 404, and the broker's own topics, with 403."""
     if not isinstance(topic, str) or not _TOPIC.fullmatch(topic) or topic in (".", ".."):
-        raise no_topic(str(topic))
+        raise Failure.NO_TOPIC.error(str(topic))
     if is_internal(topic):
-        raise forbidden(f"{topic:.60} is the broker's own, as all topics that begin with __")
+        raise Failure.FORBIDDEN.error(
+            f"{topic:.60} is the broker's own, as all topics that begin with __"
+        )

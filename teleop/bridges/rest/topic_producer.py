@@ -1,4 +1,4 @@
-"""Sends records for clients, and lists topics, by one producer that is made again when it fails."""
+"""Sends records for clients, and lists topics, by one producer."""
 
 from __future__ import annotations
 
@@ -6,10 +6,9 @@ import asyncio
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from aiokafka import AIOKafkaProducer
-
-from teleop.bridges.client_life import FAILURES, TIMEOUT, cancelled_requests, start, stop
-from teleop.bridges.rest.errors import no_partition
+from teleop.bridges.client_life import FAILURES, TIMEOUT, cancelled_requests
+from teleop.bridges.producer import Producer
+from teleop.bridges.rest.errors import Failure
 from teleop.bridges.rest.records import NewRecord
 
 
@@ -18,9 +17,7 @@ class TopicProducer:
 
     def __init__(self, settings: Mapping[str, Any]) -> None:
         """Create it without a connection; ``settings`` are aiokafka's."""
-        self._settings = settings
-        self._producer: AIOKafkaProducer | None = None
-        self._starting = asyncio.Lock()
+        self._producer = Producer(dict(settings), idempotent=False)
 
     async def send(self, topic: str, records: Sequence[NewRecord]) -> list[dict[str, Any]]:
         """Send records in order, and return for each where it is, or why it is nowhere.
@@ -29,12 +26,12 @@ class TopicProducer:
             RestError: If a record names a partition that the topic has not.
             KafkaError: If there is no broker; TimeoutError and OSError likewise.
         """
-        producer = await self._started()
+        producer = await self._producer.started()
         async with asyncio.timeout(2 * TIMEOUT):
             partitions = await producer.partitions_for(topic)
         for record in records:
             if record.partition is not None and record.partition not in partitions:
-                raise no_partition(record.partition)
+                raise Failure.NO_PARTITION.error(record.partition)
         waiting = [
             await producer.send(
                 topic,
@@ -54,16 +51,14 @@ class TopicProducer:
         Raises:
             KafkaError: If there is no broker; TimeoutError and OSError likewise.
         """
-        producer = await self._started()
+        producer = await self._producer.started()
         async with asyncio.timeout(2 * TIMEOUT):
             cluster = await producer.client.fetch_all_metadata()
         return sorted(cluster.topics(exclude_internal_topics=True))
 
     async def close(self) -> None:
         """Disconnect."""
-        producer, self._producer = self._producer, None
-        if producer is not None:
-            await stop(producer)
+        await self._producer.close()
 
     async def _placed(self, sent: asyncio.Future[Any]) -> dict[str, Any]:
         try:
@@ -79,14 +74,3 @@ class TopicProducer:
             "error_code": None,
             "error": None,
         }
-
-    async def _started(self) -> AIOKafkaProducer:
-        async with self._starting:
-            if self._producer is None:
-                producer = AIOKafkaProducer(
-                    **self._settings, acks="all", request_timeout_ms=int(TIMEOUT * 1e3)
-                )
-                async with asyncio.timeout(2 * TIMEOUT):
-                    await start(producer)
-                self._producer = producer
-            return self._producer

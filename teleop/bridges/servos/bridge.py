@@ -7,14 +7,12 @@ from collections.abc import Callable
 from typing import Any, Final
 
 from teleop.bridges.endless import endless
-from teleop.bridges.first_connection import connect
-from teleop.bridges.secret_files import read_secret, trust
+from teleop.bridges.robot_client import connect, robot_client
 from teleop.bridges.seldom import Seldom
 from teleop.bridges.servos.bridge_config import ServoBridgeConfig
 from teleop.bridges.servos.serial_board import SerialBoard
 from teleop.bridges.servos.servo_lines import Angles, Answer, Refusal, joint_line
-from teleop.ros_types import registry
-from teleop.rosbridge import Client, ConnectionState
+from teleop.rosbridge import Client
 
 JOINT_DEGREES: Final = "/arm/joint_degrees"
 MIRROR_DEGREES: Final = "/arm/mirror_degrees"
@@ -40,7 +38,6 @@ class ServoBridge:
         self._measured: bool | None = None
         self._refusals, self._faults, self._unreadable = Seldom(), Seldom(), Seldom()
         self._sent = self._answered = False
-        client.on_connection(self._note)
 
     async def run(self) -> None:
         """Pass angles in both directions without end.
@@ -113,12 +110,6 @@ class ServoBridge:
                 self._say(f"the board has not answered for {SILENCE:g} s: does it run the sketch?")
             silent = now
 
-    def _note(self, state: ConnectionState) -> None:
-        if state is ConnectionState.CONNECTED:
-            self._say(f"{self._client.url} is connected")
-        elif state is ConnectionState.DISCONNECTED:
-            self._say(f"lost {self._client.url}: {self._client.closed_reason}")
-
 
 async def run_servo_bridge(config: ServoBridgeConfig, say: Say) -> None:
     """Run a bridge until it is cancelled.
@@ -128,11 +119,5 @@ async def run_servo_bridge(config: ServoBridgeConfig, say: Say) -> None:
         ClientError: If the robot's address is no robot's, or it does not accept the token.
         PartEndedError: If a part of the bridge has ended without an error.
     """
-    token = read_secret(config.token_file, "token")
-    client = Client(config.robot, registry=registry(), token=token, tls=trust(config.ca))
-    try:
+    async with robot_client(config.robot, config.token_file, config.ca, say) as client:
         await ServoBridge(config, client, say).run()
-    except* Exception as errors:
-        raise errors.exceptions[0] from None
-    finally:
-        await client.close()

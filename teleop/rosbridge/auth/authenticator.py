@@ -41,7 +41,9 @@ class Authenticator:
             credentials: Tokens and secrets with their permissions.
             wall: Returns the Unix time [s], by which rosauth codes expire.
         """
-        self._credentials = credentials
+        self.credentials = credentials
+        """What is verified by, which may be replaced."""
+
         self._wall = wall
         self._used: dict[str, float] = {}
         """Unix time at which each used code expires [s]."""
@@ -49,19 +51,11 @@ class Authenticator:
     @property
     def anonymous(self) -> Access | None:
         """Permissions of clients without a token; None if a token is required."""
-        return self._credentials.anonymous
-
-    def replace_credentials(self, credentials: Credentials) -> None:
-        """Verify by other credentials from now on."""
-        self._credentials = credentials
-
-    def still_grants(self, access: Access) -> bool:
-        """Return whether an authenticated client would be given the same permissions now."""
-        return self._credentials.still_grant(access)
+        return self.credentials.anonymous
 
     def verify_token(self, token: str) -> Access | None:
         """Return the permissions of a token; None if it is unknown."""
-        return self._credentials.find(token)
+        return self.credentials.find(token)
 
     def verify_operation(self, operation: dict[str, Any]) -> Admission | None:
         """Return the permissions for an ``auth`` operation; None if it is rejected.
@@ -81,7 +75,7 @@ class Authenticator:
         # The concatenation of rosauth's server: GT-RAIL/rosauth, src/ros_mac_authentication.cpp.
         message = f"{client}{dest}{rand}{made}{level}{end}"
         found: Credential | None = None
-        for key in self._credentials.keys:
+        for key in self.credentials.keys:
             code = hashlib.sha512((key.secret + message).encode(errors="surrogatepass"))
             good = hmac.compare_digest(
                 code.hexdigest().encode(), mac.lower().encode(errors="replace")
@@ -91,7 +85,7 @@ class Authenticator:
         fresh = abs(now - made) < _WINDOW and end > now
         if found is None or not fresh or not self._unused(mac.lower(), now):
             return None
-        return Admission(self._credentials.restricted(found.granted, level), end - now)
+        return Admission(self.credentials.restricted(found.granted, level), end - now)
 
     def _unused(self, mac: str, now: float) -> bool:
         self._used = {code: until for code, until in self._used.items() if until > now}

@@ -48,7 +48,7 @@ class Credential:
 
     @property
     def _mark(self) -> bytes:
-        return self.digest or _digest(self.secret)
+        return self.digest or token_digest(self.secret)
 
 
 @dataclass(frozen=True, slots=True)
@@ -68,7 +68,7 @@ class Credentials:
 
     def find(self, token: str) -> Access | None:
         """Return the permissions of a token; None if it is unknown. Takes constant time."""
-        digest = _digest(token)
+        digest = token_digest(token)
         found = None
         for key in self.keys:
             if hmac.compare_digest(key.digest, digest):
@@ -162,13 +162,14 @@ def _key(name: str, entry: dict[str, Any], rules: Mapping[Role, RoleRules]) -> C
     if given[0] == "secret":
         return Credential(access, secret=value, until=end)
     if given[0] == "token":
-        return Credential(access, digest=_digest(value), until=end)
+        return Credential(access, digest=token_digest(value), until=end)
     if not _DIGEST.fullmatch(value.lower()):
         raise ValueError(f"{where}.sha256 must be 64 hexadecimal digits")
     return Credential(access, digest=bytes.fromhex(value), until=end)
 
 
-def _digest(token: str) -> bytes:
+def token_digest(token: str) -> bytes:
+    """Return the SHA-256 of a token."""
     return hashlib.sha256(token.encode(errors="surrogatepass")).digest()
 
 

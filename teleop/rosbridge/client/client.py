@@ -13,8 +13,8 @@ from typing import Final, Literal, Self
 from websockets.asyncio.client import ClientConnection
 
 from teleop.rosbridge.client.connector import Connector
-from teleop.rosbridge.client.goals import Feedback, GoalResult, SentGoals
-from teleop.rosbridge.client.pending_calls import PendingCalls
+from teleop.rosbridge.client.goals import Feedback, GoalResult, goal_result
+from teleop.rosbridge.client.pending_requests import PendingRequests
 from teleop.rosbridge.client.reconnecting_connection import ConnectionState, ReconnectingConnection
 from teleop.rosbridge.client.service_providers import Provider, ServiceProviders
 from teleop.rosbridge.client.subscriptions import Subscriptions
@@ -43,10 +43,8 @@ class Client:
         *,
         registry: TypeRegistry | None = None,
         reconnect: bool = True,
-        compression: Literal["deflate"] | None = None,
         keepalive: float | None = 5.0,
         timeout: float = 10.0,
-        max_frame: int = 64_000_000,
         token: str | None = None,
         tls: ssl.SSLContext | None = None,
     ) -> None:
@@ -56,22 +54,12 @@ class Client:
             url: URL of the server, ``ws://host:port``.
             registry: Types by which messages are validated and completed; others remain as received.
             reconnect: Whether to reconnect when the connection is lost.
-            compression: Compression of the WebSocket; costs more than it saves on local networks.
             keepalive: Time between two pings [s], by which a dead connection is detected.
             timeout: Time for connecting, for the answer to a ping, and for a call [s].
-            max_frame: Largest received frame [bytes].
             token: Token of this client, which is sent in the header of the request.
             tls: Trusted certificates for ``wss://`` servers; those of the system by default.
         """
-        connector = Connector(
-            url,
-            compression=compression,
-            keepalive=keepalive,
-            timeout=timeout,
-            max_frame=max_frame,
-            token=token,
-            tls=tls,
-        )
+        connector = Connector(url, keepalive=keepalive, timeout=timeout, token=token, tls=tls)
         self.url = connector.url
         """URL of the server for messages, without its query, which may contain a token."""
 
@@ -82,8 +70,9 @@ class Client:
         self._level: Message | None = None
         self._advertised: dict[str, Message] = {}
         self._subscriptions = Subscriptions(self._registry, self._report)
-        self._calls = PendingCalls()
-        self._goals = SentGoals()
+        self._calls = PendingRequests(ServiceCallError)
+        self._goals = PendingRequests(GoalLostError)
+        self._feedback: dict[str, Feedback] = {}
         self._providers = ServiceProviders()
         self._responses: set[asyncio.Task[bool]] = set()
         self._status: list[Callable[[str, str], None]] = []
@@ -133,11 +122,6 @@ class Client:
     def closed_reason(self) -> str:
         """Why the connection was lost or closed last."""
         return self._connection.reason
-
-    @property
-    def latency(self) -> float:
-        """Round-trip time of the last ping [s]; 0 before the first."""
-        return self._connection.latency
 
     def on_status(self, callback: Callable[[str, str], None]) -> None:
         """Call ``callback(level, text)`` with each status of the server."""
@@ -288,16 +272,19 @@ class Client:
         }
         if not self.connected:
             raise ClientError(f"{action}: not connected to {self.url}")
-        future = self._goals.add(identity, action, feedback)
+        future = self._goals.add(identity, action)
+        if feedback is not None:
+            self._feedback[identity] = feedback
         try:
             if not await self._send(operation):  # it may have left before the connection broke
                 raise GoalLostError(f"{action}: connection lost ({self.closed_reason})")
-            return await future
+            return goal_result(action, await future)
         except asyncio.CancelledError:
             await self._send({"op": "cancel_action_goal", "id": identity, "action": action})
             raise
         finally:
             self._goals.remove(identity)
+            self._feedback.pop(identity, None)
             if future.done() and not future.cancelled():
                 future.exception()  # its failure may have been noticed above, by another error
 
@@ -376,7 +363,9 @@ class Client:
                     self._responses.add(task)
                     task.add_done_callback(self._responses.discard)
                 case {"op": "action_feedback", "id": str(identity), "values": values}:
-                    self._goals.report(identity, values)
+                    report = self._feedback.get(identity)
+                    if report is not None and isinstance(values, dict):
+                        report(values)
                 case {"op": "action_result", "id": str(identity)}:
                     self._goals.complete(identity, operation)
                 case {"op": "status", "msg": text}:

@@ -9,12 +9,15 @@ import os
 import ssl
 from collections.abc import AsyncIterator, Callable
 from http import HTTPStatus
-from typing import Any, Final, Literal
+from typing import Any, Final
 
 from websockets.asyncio.client import ClientConnection, connect
 from websockets.exceptions import InvalidHandshake, InvalidStatus, InvalidURI
 
 from teleop.rosbridge.errors import ClientError
+
+_MAX_FRAME: Final = 64_000_000
+"""Largest received frame [bytes]."""
 
 _WIRE: Final = logging.getLogger(f"{__name__}.wire")
 _WIRE.setLevel(logging.CRITICAL)  # errors that matter are raised
@@ -27,10 +30,8 @@ class Connector:
         self,
         url: str,
         *,
-        compression: Literal["deflate"] | None,
         keepalive: float | None,
         timeout: float,
-        max_frame: int,
         token: str | None,
         tls: ssl.SSLContext | None,
     ) -> None:
@@ -41,13 +42,13 @@ class Connector:
         self._target = url
         self._timeout = timeout
         self._options: dict[str, Any] = {
-            "compression": compression,
+            "compression": None,  # which costs more than it saves on local networks
             "proxy": None,  # no proxy from the environment
             "open_timeout": timeout,
             "ping_interval": keepalive,
             "ping_timeout": timeout,
             "close_timeout": 2,
-            "max_size": max_frame,
+            "max_size": _MAX_FRAME,
             "additional_headers": {} if token is None else {"Authorization": f"Bearer {token}"},
             "logger": _WIRE,
         }

@@ -64,11 +64,6 @@ class ReconnectingConnection:
         """Whether there is a connection now."""
         return self._socket is not None
 
-    @property
-    def latency(self) -> float:
-        """Round-trip time of the last ping [s]; 0 before the first."""
-        return self._socket.latency if self._socket else 0.0
-
     def on_state(self, callback: Callable[[ConnectionState], None]) -> None:
         """Call ``callback(state)`` when the connection is opened, lost or closed."""
         self._states.append(callback)

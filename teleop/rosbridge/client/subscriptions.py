@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import logging
 from collections.abc import Callable
-from dataclasses import dataclass
-from typing import Final
+from typing import Final, TypeAlias
 
 from teleop.rosbridge.errors import RosbridgeError
 from teleop.rosbridge.messages.message_completion import complete
@@ -15,12 +14,8 @@ from teleop.rosbridge.messages.type_registry import TypeRegistry
 _LOG: Final = logging.getLogger(__name__)
 
 
-@dataclass(frozen=True, slots=True)
-class _Subscription:
-    topic: str
-    type: str
-    callback: Callable[[Message], None]
-    operation: Message
+Callback: TypeAlias = Callable[[Message], None]
+"""Takes a message."""
 
 
 class Subscriptions:
@@ -30,38 +25,36 @@ class Subscriptions:
         """Start empty; ``report(level, text)`` is called for messages that do not fit."""
         self._registry = registry
         self._report = report
-        self._subscriptions: dict[str, _Subscription] = {}
+        self._subscriptions: dict[str, tuple[Message, Callback]] = {}
 
     @property
     def operations(self) -> list[Message]:
         """The ``subscribe`` operations of all subscriptions."""
-        return [subscription.operation for subscription in self._subscriptions.values()]
+        return [operation for operation, _ in self._subscriptions.values()]
 
-    def add(self, operation: Message, callback: Callable[[Message], None]) -> None:
+    def add(self, operation: Message, callback: Callback) -> None:
         """Call ``callback`` with the messages requested by a ``subscribe`` operation."""
-        self._subscriptions[operation["id"]] = _Subscription(
-            operation["topic"], operation["type"], callback, operation
-        )
+        self._subscriptions[operation["id"]] = operation, callback
 
     def remove(self, identity: str) -> str | None:
         """Remove a subscription; return its topic, or None if there was none."""
-        subscription = self._subscriptions.pop(identity, None)
-        return None if subscription is None else subscription.topic
+        operation, _ = self._subscriptions.pop(identity, ({}, None))
+        return operation.get("topic")
 
     def deliver(self, topic: str, message: Message) -> None:
         """Pass a message to all callbacks of its topic, completed by the type of each."""
         completed: dict[str, Message] = {}
-        for subscription in list(self._subscriptions.values()):
-            if subscription.topic != topic:
+        for operation, callback in list(self._subscriptions.values()):
+            if operation["topic"] != topic:
                 continue
-            type = subscription.type
+            type = operation["type"]
             try:
                 if type not in completed:
                     known = type in self._registry
                     completed[type] = (
                         complete(self._registry, type, message, finite=False) if known else message
                     )
-                subscription.callback(completed[type])
+                callback(completed[type])
             except RosbridgeError as error:
                 self._report("error", f"{topic}: {error}")
             except Exception:

@@ -29,12 +29,8 @@ class _Publisher(Observer):
 
     def publish(self, now: int) -> None:
         clients = [
-            {"ip_address": _host(each.address), "connection_time": stamp(each.since)}
+            {"ip_address": each.host or each.address, "connection_time": stamp(each.since)}
             for each in self._protocol.connections
         ]
         self._protocol.topics.publish("/client_count", {"data": len(clients)}, now)
         self._protocol.topics.publish("/connected_clients", {"clients": clients}, now)
-
-
-def _host(address: str) -> str:
-    return address.rpartition(":")[0] or address

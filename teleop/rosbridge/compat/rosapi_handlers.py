@@ -11,6 +11,7 @@ from teleop.rosbridge.graph.parameters import Parameters, read_value, write_valu
 from teleop.rosbridge.graph.services import Handler
 from teleop.rosbridge.graph.topic import Topic
 from teleop.rosbridge.messages.message_types import Message, MessageType
+from teleop.rosbridge.messages.type_registry import TypeRegistry
 from teleop.rosbridge.protocol.protocol import Protocol
 from teleop.rosbridge.ros_time import stamp
 from teleop.rosbridge.topic_names import HOST, canonical
@@ -20,6 +21,16 @@ _NODE: Final = "/rosbridge_websocket"
 
 _ACTIONLIB_TOPICS: Final = ("goal", "cancel", "status", "feedback", "result")
 """Topics of an actionlib server."""
+
+_DETAILS: Final[dict[str, Callable[[TypeRegistry, str], MessageType]]] = {
+    "message_details": lambda registry, name: registry[name],
+    "service_request_details": lambda registry, name: registry.service(name).request,
+    "service_response_details": lambda registry, name: registry.service(name).response,
+    "action_goal_details": lambda registry, name: registry.action(name).goal,
+    "action_result_details": lambda registry, name: registry.action(name).result,
+    "action_feedback_details": lambda registry, name: registry.action(name).feedback,
+}
+"""Services that return the definition of a type."""
 
 
 class RosapiHandlers:
@@ -40,6 +51,8 @@ class RosapiHandlers:
 
     def handler(self, service: str) -> Handler:
         """Return the handler of a service."""
+        if (part := _DETAILS.get(service)) is not None:
+            return lambda client, request, now: self._details(part, request)
         method: Callable[[Message, int], Message] = getattr(self, service)
         return lambda client, request, now: method(request, now)
 
@@ -68,7 +81,7 @@ class RosapiHandlers:
 
     def topics_and_raw_types(self, request: Message, now: int) -> Message:
         """Return all topics with types and definitions."""
-        serializer = self._protocol.encoders.serializer(self._protocol.ros_version)
+        serializer = self._protocol.encoders.serializers[self._protocol.ros_version]
         texts = [serializer.definition(topic.kind) for topic in self._topics()]
         return {**self.topics(request, now), "typedefs_full_text": texts}
 
@@ -93,9 +106,8 @@ class RosapiHandlers:
 
     def service_type(self, request: Message, now: int) -> Message:
         """Return the type of a service."""
-        wanted = canonical(request["service"])
-        found = [s.kind.name for s in self._protocol.services.all if s.name == wanted]
-        return {"type": self._names(found[0]) if found else ""}
+        service = self._protocol.services.find(request["service"])
+        return {"type": self._names(service.kind.name) if service else ""}
 
     def services_for_type(self, request: Message, now: int) -> Message:
         """Return the services of a type."""
@@ -108,9 +120,8 @@ class RosapiHandlers:
 
     def service_node(self, request: Message, now: int) -> Message:
         """Return the node that provides a service."""
-        wanted = canonical(request["service"])
-        found = [s.provider for s in self._protocol.services.all if s.name == wanted]
-        return {"node": _node(found[0]) if found else ""}
+        service = self._protocol.services.find(request["service"])
+        return {"node": _node(service.provider) if service else ""}
 
     def service_providers(self, request: Message, now: int) -> Message:
         """Return the providers of a service of this name, and of services of this type."""
@@ -128,37 +139,15 @@ class RosapiHandlers:
 
     # Types
 
-    def message_details(self, request: Message, now: int) -> Message:
-        """Return the definition of a message type."""
-        return self._details(lambda name: self._registry[name], request)
-
-    def service_request_details(self, request: Message, now: int) -> Message:
-        """Return the definition of a request."""
-        return self._details(lambda name: self._registry.service(name).request, request)
-
-    def service_response_details(self, request: Message, now: int) -> Message:
-        """Return the definition of a response."""
-        return self._details(lambda name: self._registry.service(name).response, request)
-
-    def action_goal_details(self, request: Message, now: int) -> Message:
-        """Return the definition of a goal."""
-        return self._details(lambda name: self._registry.action(name).goal, request)
-
-    def action_result_details(self, request: Message, now: int) -> Message:
-        """Return the definition of a result."""
-        return self._details(lambda name: self._registry.action(name).result, request)
-
-    def action_feedback_details(self, request: Message, now: int) -> Message:
-        """Return the definition of feedback."""
-        return self._details(lambda name: self._registry.action(name).feedback, request)
-
     def interfaces(self, request: Message, now: int) -> Message:
         """Return all message types."""
         return {"interfaces": sorted(map(self._names, self._registry))}
 
-    def _details(self, find: Callable[[str], MessageType], request: Message) -> Message:
+    def _details(
+        self, part: Callable[[TypeRegistry, str], MessageType], request: Message
+    ) -> Message:
         try:
-            root = find(request["type"])
+            root = part(self._registry, request["type"])
         except TypeNameError as error:
             raise ServiceError(str(error)) from error
         return {"typedefs": typedefs(self._registry, root)}
@@ -181,9 +170,8 @@ class RosapiHandlers:
 
     def action_type(self, request: Message, now: int) -> Message:
         """Return the type of an action."""
-        wanted = canonical(request["action"])
-        found = [a.kind.name for a in self._protocol.actions.all if a.name == wanted]
-        return {"type": self._names(found[0]) if found else ""}
+        action = self._protocol.actions.find(request["action"])
+        return {"type": self._names(action.kind.name) if action else ""}
 
     # Nodes: this program and each client
 

@@ -11,7 +11,13 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Final
 
-from teleop.rosbridge.framing.outgoing_frames import FrameKind, OutgoingFrame
+from teleop.rosbridge.framing.outgoing_frames import (
+    TRY_AGAIN_LATER,
+    CloseFrame,
+    FrameKind,
+    OutgoingFrame,
+    Output,
+)
 from teleop.rosbridge.ros_time import SECOND
 
 BULK_BYTES: Final = 65_536
@@ -59,6 +65,9 @@ class Outbox:
         """
         self._limits = limits or QueueLimits()
         self._clock = clock
+        self.close: CloseFrame | None = None
+        """What ends the connection after the responses before it; nothing is taken after it."""
+
         self._driving = False
         self._control: deque[OutgoingFrame] = deque()
         self._control_bytes = 0
@@ -89,21 +98,27 @@ class Outbox:
         """
         self._driving = True
 
-    def push(self, frame: OutgoingFrame) -> str | None:
-        """Add a frame; return the reason to disconnect the client on overflow, otherwise None."""
-        self.accepted += len(frame.payload)
-        if frame.tally is not None:
-            frame.tally.sent += 1
-        if frame.kind is not FrameKind.CONTROL and not frame.lossless:
-            self._push_data(frame)
-            return None
+    def push(self, output: Output) -> None:
+        """Add a frame, or what ends the connection, as an overflow does, too."""
+        if self.close is not None:
+            return
+        if isinstance(output, CloseFrame):
+            self.discard_data()
+            self.close = output
+            return
+        self.accepted += len(output.payload)
+        if output.tally is not None:
+            output.tally.sent += 1
+        if output.kind is not FrameKind.CONTROL and not output.lossless:
+            self._push_data(output)
+            return
         # Lossless messages share the queue of responses, so that none overtakes another.
-        self._control.append(frame)
-        self._control_bytes += len(frame.payload)
-        limit = self._limits.lossless if frame.lossless else self._limits.control
+        self._control.append(output)
+        self._control_bytes += len(output.payload)
+        limit = self._limits.lossless if output.lossless else self._limits.control
         if self._control_bytes > limit:
-            return f"send queue exceeds {limit} bytes"
-        return None
+            self.clear()
+            self.close = CloseFrame(TRY_AGAIN_LATER, f"send queue exceeds {limit} bytes")
 
     def pop(self, room: int | None = None, *, silent: bool = False) -> OutgoingFrame | None:
         """Remove and return the frame to be sent next; None if there is none.

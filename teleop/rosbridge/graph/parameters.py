@@ -7,6 +7,7 @@ from typing import Any, Final
 
 from teleop.rosbridge.errors import ServiceError
 from teleop.rosbridge.framing.json_frames import read_json
+from teleop.rosbridge.topic_names import canonical
 
 _MAX_PARAMETERS: Final = 1000
 _MAX_LENGTH: Final = 65_536
@@ -111,7 +112,7 @@ def write_value(value: Any) -> str:
 
 
 def _key(name: str) -> str:
-    key = "/" + name.strip("/")
+    key = canonical(name)
     if len(key) > 256:
         raise ServiceError("a parameter name may have at most 255 characters")
     return key

@@ -102,7 +102,7 @@ class Publication:
         self, message: Message, encoding: Encoding, ros_version: RosVersion | None
     ) -> _Pieces:
         if ros_version is not None:
-            data = self._encoders.serializer(ros_version).bytes(self._kind, message)
+            data = self._encoders.serializers[ros_version].bytes(self._kind, message)
             secs, nsecs = divmod(self._now, SECOND)
             return cbor_pieces({"secs": secs, "nsecs": nsecs, "bytes": view_if_large(data)})
         if encoding == "cbor":

@@ -166,7 +166,7 @@ class Connections:
                 output = replace(output, fragment_id=f"fragment:{connection.fragmented}")
         self._observer.sent(connection, output)
         if self.delays is None or (
-            isinstance(output, OutgoingFrame) and self.delays.bypassed(output.payload)
+            isinstance(output, OutgoingFrame) and self.delays.delay.bypasses(output.payload)
         ):
             self.transmit(client, output)
         else:
@@ -208,30 +208,21 @@ class Connections:
 
     def admit(self, connection: Connection, now: int) -> bool:
         """Return whether a client's next operation is within its rate."""
-        if connection.operation_rate.take(1, now):
-            return True
-        limit = self._limits.messages
-        self._reject_excess(connection, f"{limit:g} operations/s", 1 / limit, now)
-        return False
+        rate = connection.operation_rate
+        return rate.take(1, now) or self._exceeded(connection, rate, 1, "operations", now)
 
     def admit_bytes(self, connection: Connection, size: int, now: int) -> bool:
         """Return whether a client's next frame is within its rate."""
-        if connection.byte_rate.take(size, now):
-            return True
-        limit = self._limits.bytes
-        self._reject_excess(connection, f"{limit:g} bytes/s", size / limit, now)
-        return False
+        rate = connection.byte_rate
+        return rate.take(size, now) or self._exceeded(connection, rate, size, "bytes", now)
 
     def admit_parts(self, connection: Connection, parts: int, now: int) -> bool:
         """Return whether a client may send nested messages; they are charged once they are read.
 
         What cannot be read is not built, and so only counts by its bytes.
         """
-        if connection.part_rate.take(0, now):
-            return True
-        limit = self._limits.parts
-        self._reject_excess(connection, f"{limit:g} nested messages/s", parts / limit, now)
-        return False
+        rate = connection.part_rate
+        return rate.take(0, now) or self._exceeded(connection, rate, parts, "nested messages", now)
 
     def could_admit(self, connection: Connection, now: int) -> bool:
         """Return whether a client has not used up its bytes and nested messages."""
@@ -244,16 +235,13 @@ class Connections:
             connection.part_rate.spend(parts, self._timers.now)
             connection.byte_rate.spend(size, self._timers.now)
 
-    def _reject_excess(self, connection: Connection, rate: str, seconds: float, now: int) -> None:
-        """Report an excess once a second, and disconnect a client that has exceeded for too long.
-
-        Args:
-            connection: The client.
-            rate: The rate as text.
-            seconds: The excess, as the time in which the rate would allow it [s].
-            now: Current time [ns].
-        """
-        self._reject(connection, f"rate limit of {rate} exceeded", seconds, now)
+    def _exceeded(
+        self, connection: Connection, rate: TokenBucket, amount: int, what: str, now: int
+    ) -> bool:
+        """Reject an amount that exceeds a rate; return false."""
+        text = f"rate limit of {rate.rate:g} {what}/s exceeded"
+        self._reject(connection, text, amount / rate.rate, now)
+        return False
 
     def refuse_waiting(self, connection: Connection, size: int, now: int) -> None:
         """Reject a frame of ``size`` bytes, since what arrived before it fills the client's place."""
@@ -261,6 +249,14 @@ class Connections:
         self._reject(connection, "too many bytes wait behind your large frames", seconds, now)
 
     def _reject(self, connection: Connection, text: str, seconds: float, now: int) -> None:
+        """Report an excess once a second, and disconnect a client that has exceeded for too long.
+
+        Args:
+            connection: The client.
+            text: What it exceeds.
+            seconds: The excess, as the time in which the rate would allow it [s].
+            now: Current time [ns].
+        """
         reported = connection.excess_reported
         if not connection.tolerance.take(seconds, now):
             self._observer.refused(connection, Refusal.of({}, f"{text}: disconnected"))

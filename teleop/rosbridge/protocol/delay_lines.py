@@ -9,7 +9,6 @@ from typing import Final, TypeAlias
 
 from teleop.rosbridge.framing.outbox import Outbox
 from teleop.rosbridge.framing.outgoing_frames import (
-    TRY_AGAIN_LATER,
     CloseFrame,
     FrameKind,
     OutgoingFrame,
@@ -119,11 +118,8 @@ class _Lines:
     outbox: Outbox
     """What the link has not taken yet."""
 
-    close: CloseFrame | None = None
-    """What ends the connection after the responses before it; nothing is sent after it."""
-
     closed: bool = False
-    """Whether ``close`` is on the link."""
+    """Whether what ends the connection is on the link."""
 
     lossless: bool = False
     """Whether the client receives every frame, in their order: pings are no exception."""
@@ -137,14 +133,14 @@ class _Lines:
     @property
     def waiting(self) -> bool:
         """Whether anything waits for the link."""
-        return len(self.outbox) > 0 or (self.close is not None and not self.closed)
+        return len(self.outbox) > 0 or (self.outbox.close is not None and not self.closed)
 
     def pop(self) -> Output | None:
         """Remove and return what the link takes next; None if what waited has become too old."""
-        if (frame := self.outbox.pop()) is not None or self.close is None:
+        if (frame := self.outbox.pop()) is not None or self.outbox.close is None:
             return frame
         self.closed = True
-        return self.close
+        return self.outbox.close
 
 
 class DelayLines:
@@ -155,21 +151,13 @@ class DelayLines:
     ) -> None:
         """Take the delays; ``transmit`` receives what has got through to a client."""
         self.delay = delay
-        """When frames get through."""
+        """When frames get through; another one leaves their times to frames that are on their way."""
 
         self._timers = timers
         self._transmit = transmit
         self._lines: dict[int, _Lines] = {}
         self.ping_through: Callable[[int, bytes, int], object] = lambda client, payload, now: None
         """Takes a client, the payload of a ping that has got through to it, and the time [ns]."""
-
-    def replace(self, delay: FrameDelay) -> None:
-        """Go by other delays; frames that are on their way keep their times."""
-        self.delay = delay
-
-    def bypassed(self, payload: str | bytes) -> bool:
-        """Return whether a frame does not take the link."""
-        return self.delay.bypasses(payload)
 
     def add(self, client: int) -> None:
         """Add a client's link."""
@@ -219,16 +207,11 @@ class DelayLines:
     def send(self, client: int, output: Output) -> None:
         """Have a frame pass the link to a client, after those that were sent before."""
         lines = self._lines.get(client)
-        if lines is None or lines.close is not None:
+        if lines is None or lines.outbox.close is not None:
             return
-        if isinstance(output, CloseFrame):
-            lines.outbox.discard_data()
-            lines.close = output
-        else:
+        if isinstance(output, OutgoingFrame):
             lines.lossless = output.lossless
-            if reason := lines.outbox.push(output):
-                lines.outbox.clear()
-                lines.close = CloseFrame(TRY_AGAIN_LATER, f"on the emulated link: {reason}")
+        lines.outbox.push(output)
         self._fill(client, lines, self._timers.now)
 
     def _fill(self, client: int, lines: _Lines, now: int) -> None:

@@ -10,10 +10,10 @@ from teleop.rosbridge.errors import FrameError, OperationError, RosbridgeError
 from teleop.rosbridge.framing.json_frames import count_objects, operations
 from teleop.rosbridge.framing.large_frames import LARGE_FRAME, LargeFrameReader, PayloadField
 from teleop.rosbridge.framing.operation_fields import Operation, identity
-from teleop.rosbridge.graph.actions import Actions
-from teleop.rosbridge.graph.services import Services
+from teleop.rosbridge.graph.actions import Action, Actions
+from teleop.rosbridge.graph.services import Service, Services
 from teleop.rosbridge.graph.topics import Topics
-from teleop.rosbridge.messages.message_types import ActionType, MessageType, ServiceType
+from teleop.rosbridge.messages.message_types import MessageType
 from teleop.rosbridge.protocol.connection import Connection
 from teleop.rosbridge.protocol.connections import Connections
 from teleop.rosbridge.protocol.large_frame_rights import LargeFrameRights, RefusedFrame
@@ -55,18 +55,7 @@ class Dispatcher:
 
     def dispatch(self, client: Connection, frame: str | bytes | PreparedFrame, now: int) -> None:
         """Process the operations in a frame; each counts for the client's rate."""
-        refused = self._refused(client, frame)
-        parts = 0 if refused else count_objects(_plain(frame))
-        try:
-            for operation in self._read(frame, refused):
-                self._connections.charge(client.id, parts=parts)
-                parts = 0  # all of them are charged with the first
-                if client.closing or not self._connections.admit(client, now):
-                    return
-                self._handle(client, operation, now, refused)
-        except FrameError as error:
-            if self._connections.admit(client, now):
-                self._reject_frame(client, error)
+        self._process(client, frame, now, reassembled=False)
 
     def reassembled(self, client: Connection, message: str | PreparedFrame, now: int) -> None:
         """Process a reassembled message, whose fragments count for the first operation."""
@@ -77,18 +66,32 @@ class Dispatcher:
 
     def deferred(self, client: Connection, message: str | PreparedFrame, now: int) -> None:
         """Process a reassembled message now."""
-        refused = self._refused(client, message)
+        self._process(client, message, now, reassembled=True)
+
+    def _process(
+        self,
+        client: Connection,
+        frame: str | bytes | PreparedFrame,
+        now: int,
+        *,
+        reassembled: bool,
+    ) -> None:
+        refused, counted = self._refused(client, frame), reassembled
+        parts = 0 if refused or reassembled else count_objects(_plain(frame))
         try:
-            for number, operation in enumerate(self._read(message, refused)):
-                if client.closing:
+            for operation in self._read(frame, refused):
+                self._connections.charge(client.id, parts=parts)
+                parts = 0  # all of them are charged with the first
+                if client.closing or not (counted or self._connections.admit(client, now)):
                     return
-                if operation.get("op") == "fragment":
+                if reassembled and operation.get("op") == "fragment":
                     raise FrameError("a fragmented message must not contain fragments")
-                if number > 0 and not self._connections.admit(client, now):
-                    return
                 self._handle(client, operation, now, refused)
+                counted = False
         except FrameError as error:
-            self._reject_frame(client, error)
+            if reassembled or self._connections.admit(client, now):
+                self._observer.refused(client, Refusal.of({}, str(error)))
+                self._connections.send_status(client.id, "error", str(error))
 
     def _refused(
         self, client: Connection, frame: str | bytes | PreparedFrame
@@ -129,10 +132,6 @@ class Dispatcher:
             _LOG.exception("%s of %s failed", op, client.name)
             self._connections.send_status(client.id, "error", f"{op}: internal error", key)
 
-    def _reject_frame(self, client: Connection, error: FrameError) -> None:
-        self._observer.refused(client, Refusal.of({}, str(error)))
-        self._connections.send_status(client.id, "error", str(error))
-
     def _unknown(self, op: object) -> str:
         names = ", ".join(sorted(self._handlers))
         if op is None:
@@ -151,18 +150,13 @@ def large_payloads(topics: Topics, services: Services, actions: Actions) -> dict
         found = topics.find(name)
         return found.kind if found else None
 
-    def service(name: str) -> ServiceType | None:
-        found = services.find(name.partition("#")[0])
-        return found.kind if found else None
-
-    def action(name: str) -> ActionType | None:
-        found = actions.find(name)
-        return found.kind if found else None
-
     def part(
-        find: Callable[[str], ServiceType | ActionType | None], which: str
+        find: Callable[[str], Service | Action | None], which: str
     ) -> Callable[[str], MessageType | None]:
-        return lambda name: getattr(find(name), which, None)
+        return lambda name: getattr(getattr(find(name), "kind", None), which, None)
+
+    def service(name: str) -> Service | None:
+        return services.find(name.partition("#")[0])
 
     return {
         "publish": PayloadField("topic", "msg", topic),
@@ -170,7 +164,9 @@ def large_payloads(topics: Topics, services: Services, actions: Actions) -> dict
         "service_response": PayloadField(
             "service", "values", part(service, "response"), or_text=True
         ),
-        "send_action_goal": PayloadField("action", "args", part(action, "goal")),
-        "action_feedback": PayloadField("action", "values", part(action, "feedback")),
-        "action_result": PayloadField("action", "values", part(action, "result"), or_text=True),
+        "send_action_goal": PayloadField("action", "args", part(actions.find, "goal")),
+        "action_feedback": PayloadField("action", "values", part(actions.find, "feedback")),
+        "action_result": PayloadField(
+            "action", "values", part(actions.find, "result"), or_text=True
+        ),
     }

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 from teleop.rosbridge.auth.permissions import Access
 from teleop.rosbridge.framing.outgoing_frames import Output
 from teleop.rosbridge.protocol.connection import Connection
@@ -50,42 +52,15 @@ class Observers(Observer):
         """Add an observer."""
         self._observers.append(observer)
 
-    def connected(self, connection: Connection, now: int) -> None:
-        """Notify all observers."""
-        for observer in self._observers:
-            observer.connected(connection, now)
 
-    def disconnected(self, connection: Connection, now: int) -> None:
-        """Notify all observers."""
+def _passed_on(event: str) -> Callable[..., None]:
+    def notify(self: Observers, *about: object) -> None:
         for observer in self._observers:
-            observer.disconnected(connection, now)
+            getattr(observer, event)(*about)
 
-    def renamed(self, connection: Connection, old: str) -> None:
-        """Notify all observers."""
-        for observer in self._observers:
-            observer.renamed(connection, old)
+    return notify
 
-    def authenticated(self, connection: Connection, access: Access | None, now: int) -> None:
-        """Notify all observers."""
-        for observer in self._observers:
-            observer.authenticated(connection, access, now)
 
-    def guessed(self, host: str, now: int) -> None:
-        """Notify all observers."""
-        for observer in self._observers:
-            observer.guessed(host, now)
-
-    def refused(self, connection: Connection, refusal: Refusal) -> None:
-        """Notify all observers."""
-        for observer in self._observers:
-            observer.refused(connection, refusal)
-
-    def received(self, connection: Connection, frame: str | bytes) -> None:
-        """Notify all observers."""
-        for observer in self._observers:
-            observer.received(connection, frame)
-
-    def sent(self, connection: Connection, output: Output) -> None:
-        """Notify all observers."""
-        for observer in self._observers:
-            observer.sent(connection, output)
+for _event in vars(Observer):
+    if not _event.startswith("_"):
+        setattr(Observers, _event, _passed_on(_event))

@@ -87,15 +87,14 @@ class Protocol:
         self.timers = Timers(lambda: self.connections.wake())
         self.connections = Connections(self.limits, self.observers, self.timers)
         self._delays: DelayLines | None = None
-        if frame_delay is not None:
-            self._delays = DelayLines(frame_delay, self.timers, self.connections.transmit)
-            self.connections.delays = self._delays
         self.places = Places(self.limits, self.connections, tokens=authenticator is not None)
         self.token_guesses = TokenGuesses(self.observers.guessed)
         self.bars = Bars()
-        self.round_trips = RoundTrips(self.timers, self._delays)
+        self.round_trips = RoundTrips(self.timers)
         codec, limits = self.encoders.codec, self.limits
-        completion = ClientCompletion(registry, self._charge_parts)
+        completion = ClientCompletion(
+            registry, lambda client, parts: self.connections.charge(client, parts=parts)
+        )
         self.topics = Topics(
             registry, self.encoders, self.connections.png, self.timers, self.connections.send
         )
@@ -104,11 +103,13 @@ class Protocol:
         self.actions = Actions(registry, codec, limits, send, completion)
         self._client_topics = ClientTopics(self.topics, completion, limits)
         self._dispatcher = self._build_dispatcher()
+        if frame_delay is not None:
+            self.emulate(frame_delay)
 
     def emulate(self, frame_delay: FrameDelay) -> None:
         """Emulate another link from now on, or one for the first time; frames on their way keep their times."""
         if self._delays is not None:
-            self._delays.replace(frame_delay)
+            self._delays.delay = frame_delay
             return
         self._delays = DelayLines(frame_delay, self.timers, self.connections.transmit)
         self.connections.delays = self._delays
@@ -298,7 +299,7 @@ class Protocol:
         self.timers.advance(now)
         arrived = now if arrived is None else min(arrived, now)
         if self._delays is None or (
-            isinstance(frame, str | bytes) and self._delays.bypassed(frame)
+            isinstance(frame, str | bytes) and self._delays.delay.bypasses(frame)
         ):
             self._process(client, frame, arrived)
         elif not self._delays.receive(
@@ -306,9 +307,6 @@ class Protocol:
         ):
             reason = f"the emulated link holds at most {LINE_BYTES} bytes"
             self.connections.close(client, TRY_AGAIN_LATER, reason)
-
-    def _charge_parts(self, client: int, parts: int) -> None:
-        self.connections.charge(client, parts=parts)
 
     def _process(self, client: int, frame: str | bytes | PreparedFrame, now: int) -> None:
         """Process a frame that arrived at ``now`` [ns]."""
@@ -343,13 +341,13 @@ class Protocol:
         """
         if self.authenticator is None:
             raise ValueError("a protocol without an authenticator has no credentials")
-        self.authenticator.replace_credentials(credentials)
+        self.authenticator.credentials = credentials
         changed = [
             connection.id
             for connection in self.connections
             if connection.access is not None
             and not connection.closing
-            and not self.authenticator.still_grants(connection.access)
+            and not credentials.still_grant(connection.access)
         ]
         for client in changed:
             self.connections.close(client, POLICY_VIOLATION, "your access has changed")

@@ -78,11 +78,9 @@ class RoundTrips:
     there is nothing to measure.
     """
 
-    def __init__(self, timers: Timers, delays: DelayLines | None) -> None:
+    def __init__(self, timers: Timers) -> None:
         self._timers = timers
         self._delays: DelayLines | None = None
-        if delays is not None:
-            self.emulate(delays)
         self._send: SendPing | None = None
         self._clients: dict[int, _Pings] = {}
 

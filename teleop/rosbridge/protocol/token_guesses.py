@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-import hashlib
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Final
 
+from teleop.rosbridge.auth.credentials import token_digest
 from teleop.rosbridge.limits import TokenBucket
 
 _RATE: Final = 0.1
@@ -51,12 +51,12 @@ class TokenGuesses:
     def known(self, host: str, token: str) -> bool:
         """Return whether an address has used a token before that was right."""
         address = self._addresses.get(host)
-        return address is not None and _digest(token) in address.accepted
+        return address is not None and token_digest(token) in address.accepted
 
     def accepted(self, host: str, token: str, now: int) -> None:
         """Remember a right token of an address."""
         accepted = self._address(host, now).accepted
-        accepted[_digest(token)] = None
+        accepted[token_digest(token)] = None
         while len(accepted) > _MAX_ACCEPTED:
             del accepted[next(iter(accepted))]
 
@@ -73,7 +73,3 @@ class TokenGuesses:
         while len(self._addresses) > _MAX_ADDRESSES:
             del self._addresses[next(iter(self._addresses))]
         return address
-
-
-def _digest(token: str) -> bytes:
-    return hashlib.sha256(token.encode(errors="surrogatepass")).digest()

@@ -10,6 +10,8 @@ from typing import Any, TypeVar
 
 from websockets.typing import BytesLike
 
+from teleop.rosbridge.ros_time import SECOND
+
 _T = TypeVar("_T")
 
 
@@ -23,6 +25,11 @@ class ConnectionFlow(asyncio.Protocol):
         self._ended: asyncio.Future[None] = self.loop.create_future()
         self._writable = asyncio.Event()
         self._writable.set()
+
+    @property
+    def now(self) -> int:
+        """Time of the loop [ns]."""
+        return int(self.loop.time() * SECOND)
 
     @property
     def host(self) -> str:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import asyncio
 from http import HTTPStatus
 from typing import Final
 
@@ -13,7 +12,6 @@ from teleop.rosbridge.auth.origins import Origins
 from teleop.rosbridge.auth.permissions import UNGUARDED
 from teleop.rosbridge.framing.outbox import BULK_BYTES
 from teleop.rosbridge.protocol.protocol import Protocol
-from teleop.rosbridge.ros_time import SECOND
 from teleop.rosbridge.server.downloads import Downloads
 from teleop.rosbridge.server.handled_request import answer, foreign_page
 from teleop.rosbridge.server.http_connection import (
@@ -66,7 +64,7 @@ class Handshake:
         Foreign web pages are rejected, since a browser on this machine would let them connect.
         """
         if not self._known(socket, request) and not socket.gate.admit_request(
-            socket.host, self._now
+            socket.host, socket.now
         ):
             return socket.respond(HTTPStatus.TOO_MANY_REQUESTS, "too many requests\n")
         for name in _SINGLE:
@@ -99,11 +97,6 @@ class Handshake:
             return socket.respond(HTTPStatus.SERVICE_UNAVAILABLE, f"{why}\n")
         return socket.upgrade(request)
 
-    @property
-    def _now(self) -> int:
-        """Time of the loop [ns]."""
-        return int(asyncio.get_running_loop().time() * SECOND)
-
     def abort_streams(self) -> None:
         """Disconnect the clients that wait for a handler, or take its stream."""
         for socket in self._streams:
@@ -126,16 +119,16 @@ class Handshake:
             socket.access = authenticator.anonymous
         else:
             guesses = self._protocol.token_guesses
-            if guesses.locked(socket.host, token, self._now):
+            if guesses.locked(socket.host, token, socket.now):
                 text = "too many wrong tokens from this address: try again later\n"
                 response = socket.respond(HTTPStatus.TOO_MANY_REQUESTS, text)
                 response.headers["Retry-After"] = "10"
                 return response
             socket.access = authenticator.verify_token(token)
             if socket.access is None:
-                guesses.wrong(socket.host, self._now)
+                guesses.wrong(socket.host, socket.now)
             else:
-                guesses.accepted(socket.host, token, self._now)
+                guesses.accepted(socket.host, token, socket.now)
         public = self._pages.is_public(request.path) if route is None else route.public
         no_token_needed = wants_websocket(request) or public
         may_follow = token is None and no_token_needed

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import Self
-
 from teleop.rosbridge.server.gate import Gate
 from teleop.rosbridge.server.handshake import Handshake
 from teleop.rosbridge.server.http_connection import Reception
@@ -15,7 +13,7 @@ from teleop.rosbridge.server.server import Server
 from teleop.rosbridge.server.websocket_connection import WebSocketConnection
 
 
-class HttpServer:
+class HttpServer(Listener):
     """Serves handlers on the host of a server, with its origins, tokens and certificate, and no WebSocket."""
 
     def __init__(self, server: Server, port: int, handlers: HttpHandlers) -> None:
@@ -29,36 +27,12 @@ class HttpServer:
         protocol = server.protocol
         pages = HttpPages(lambda: len(protocol.connections))
         self._limits, self._link = protocol.limits, server.http_link
-        self._listener = Listener(server.host, port, server.tls)
-        self._handshake = Handshake(protocol, server.origins, pages, handlers, websockets=False)
+        handshake = Handshake(protocol, server.origins, pages, handlers, websockets=False)
+        super().__init__(server.host, port, server.tls, handshake)
 
-    @property
-    def port(self) -> int:
-        """The port that is listened on, also if 0 was requested."""
-        return self._listener.port
-
-    async def start(self) -> None:
-        """Listen.
-
-        Raises:
-            ServerError: If the address is not available; the message is one line.
-        """
+    def _receive(self) -> Reception:
         off, limits = Keepalive.off(), self._limits
-        await self._listener.start(
-            Reception(self._handshake.process, _refuse, off, limits, Gate(limits), self._link)
-        )
-
-    async def close(self) -> None:
-        """Stop listening and disconnect all clients."""
-        self._handshake.abort_streams()
-        await self._listener.close()
-
-    async def __aenter__(self) -> Self:
-        await self.start()
-        return self
-
-    async def __aexit__(self, *exc_info: object) -> None:
-        await self.close()
+        return Reception(self._handshake.process, _refuse, off, limits, Gate(limits), self._link)
 
 
 async def _refuse(socket: WebSocketConnection) -> None:

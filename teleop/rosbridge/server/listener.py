@@ -1,16 +1,18 @@
-"""The listening socket of the server."""
+"""The listening socket of a server."""
 
 from __future__ import annotations
 
 import asyncio
 import errno
 import ssl
+from abc import ABC, abstractmethod
 from collections.abc import Collection
-from typing import Final
+from typing import Final, Self
 
 from teleop.rosbridge.errors import ServerError
 from teleop.rosbridge.server.accept_errors import AcceptErrors
 from teleop.rosbridge.server.connection_flow import ConnectionFlow
+from teleop.rosbridge.server.handshake import Handshake
 from teleop.rosbridge.server.http_connection import HEADER_TIMEOUT, HttpConnection, Reception
 from teleop.rosbridge.server.socket_writer import CLOSE_TIMEOUT
 from teleop.rosbridge.server.tls_door import TlsDoor
@@ -20,25 +22,34 @@ _GOING_AWAY: Final = 1001
 """The WebSocket close code of a server that ends."""
 
 
-class Listener:
-    """A host and a port to listen on, with TLS or without."""
+class Listener(ABC):
+    """Listens on a port of a host, with TLS or without; subclasses know what receives its connections."""
 
-    def __init__(self, host: str, port: int, tls: ssl.SSLContext | None) -> None:
+    def __init__(
+        self, host: str, port: int, tls: ssl.SSLContext | None, handshake: Handshake
+    ) -> None:
         """Create a listener that does not listen yet; port 0 selects a free one."""
         self.host = host
         self._port = port
-        self._tls = tls
+        self._handshake = handshake
+        self.tls = tls
+        """Certificate and key; None if nothing is encrypted."""
+
         self._server: asyncio.Server | None = None
         self._reception: Reception | None = None
         self._errors: AcceptErrors | None = None
 
-    async def start(self, reception: Reception) -> None:
-        """Listen, and hand over each connection.
+    @abstractmethod
+    def _receive(self) -> Reception:
+        """Return what receives the connections from now on."""
+
+    async def start(self) -> None:
+        """Listen.
 
         Raises:
             ServerError: If the address is not available; the message is one line.
         """
-        loop = asyncio.get_running_loop()
+        loop, reception = asyncio.get_running_loop(), self._receive()
         try:
             self._server = await loop.create_server(
                 lambda: self._door(reception), self.host, self._port
@@ -49,12 +60,13 @@ class Listener:
         self._errors = AcceptErrors(loop)
 
     def _door(self, reception: Reception) -> asyncio.Protocol:
-        if self._tls is None:
+        if self.tls is None:
             return HttpConnection(reception)
-        return TlsDoor(reception, self._tls, HEADER_TIMEOUT)
+        return TlsDoor(reception, self.tls, HEADER_TIMEOUT)
 
     async def close(self) -> None:
         """Stop listening and close all connections; those that do not end in time are aborted."""
+        self._handshake.abort_streams()
         if self._server is None or self._reception is None or self._errors is None:
             return
         self._server.close()
@@ -67,9 +79,16 @@ class Listener:
         await _wait([*closing, *self._reception.tasks], None)
         self._server = None
 
+    async def __aenter__(self) -> Self:
+        await self.start()
+        return self
+
+    async def __aexit__(self, *exc_info: object) -> None:
+        await self.close()
+
     @property
     def addresses(self) -> list[str]:
-        """Addresses of the listening sockets."""
+        """Addresses of the listening sockets; none before the start."""
         if self._server is None:
             return []
         return [listening.getsockname()[0] for listening in self._server.sockets]
@@ -90,7 +109,7 @@ class Listener:
     @property
     def encrypted(self) -> bool:
         """Whether connections are encrypted."""
-        return self._tls is not None
+        return self.tls is not None
 
 
 async def _close(connection: ConnectionFlow) -> None:

@@ -7,7 +7,7 @@ import contextlib
 import ssl
 import sys
 from collections.abc import Callable, Collection
-from typing import Final, Self
+from typing import Final
 
 from websockets.exceptions import ConnectionClosed
 
@@ -40,7 +40,7 @@ _SWITCH_INTERVAL: Final = 0.0005
 """Time after which the thread that works on large frames lets the event loop run [s]."""
 
 
-class Server:
+class Server(Listener):
     """Serves the clients of a protocol; all methods are called in the event loop's thread.
 
     Topics, services and actions are those of ``protocol``. The server is its transport.
@@ -76,7 +76,6 @@ class Server:
             ServerError: If an origin is invalid.
         """
         self.protocol = protocol
-        self.host = host
         self.lockstep = lockstep
         """Whether time is simulated."""
 
@@ -92,15 +91,12 @@ class Server:
         self._clock = clock
         self._queue_limits = queue_limits or QueueLimits()
         self._keepalive = keepalive or (Keepalive.off() if lockstep else Keepalive())
-        self._listener = Listener(host, port, tls)
         self._writers: dict[int, SocketWriter] = {}
         self.origins = Origins.of(host, origins)
         """Web pages that may connect."""
 
-        self.tls = tls
-        """Certificate and key; None if nothing is encrypted."""
-
-        self._handshake = Handshake(protocol, self.origins, self.pages, self.handlers)
+        handshake = Handshake(protocol, self.origins, self.pages, self.handlers)
+        super().__init__(host, port, tls, handshake)
         self._timer: asyncio.TimerHandle | None = None
         self._worker: WorkThread | None = None
         """The thread that works on large frames."""
@@ -113,17 +109,7 @@ class Server:
         Raises:
             ServerError: If the address is not available; the message is one line.
         """
-        limits = self.protocol.limits
-        await self._listener.start(
-            Reception(
-                self._handshake.process,
-                self._handle,
-                self._keepalive,
-                limits,
-                Gate(limits),
-                self.http_link,
-            )
-        )
+        await super().start()
         if not self.lockstep and self.protocol.defer_large():
             self._worker = WorkThread("rosbridge")
             # Each call of a socket gives up the interpreter, and would wait 5 ms to have it back.
@@ -137,40 +123,23 @@ class Server:
         if self._timer is not None:
             self._timer.cancel()
             self._timer = None
-        self._handshake.abort_streams()
-        await self._listener.close()
+        await super().close()
         self.protocol.connections.detach()
         if self._worker is not None:
             self._worker.close()
             self._worker = None
         self.async_handlers.cancel()
 
-    async def __aenter__(self) -> Self:
-        await self.start()
-        return self
-
-    async def __aexit__(self, *exc_info: object) -> None:
-        await self.close()
-
-    @property
-    def port(self) -> int:
-        """The port that is listened on, also if 0 was requested."""
-        return self._listener.port
-
-    @property
-    def addresses(self) -> list[str]:
-        """Addresses of the listening sockets; none before the start."""
-        return self._listener.addresses
-
-    @property
-    def url(self) -> str:
-        """URL for clients on this machine."""
-        return self._listener.url
-
-    @property
-    def encrypted(self) -> bool:
-        """Whether connections are encrypted."""
-        return self._listener.encrypted
+    def _receive(self) -> Reception:
+        limits = self.protocol.limits
+        return Reception(
+            self._handshake.process,
+            self._handle,
+            self._keepalive,
+            limits,
+            Gate(limits),
+            self.http_link,
+        )
 
     @property
     def now(self) -> int:

@@ -13,7 +13,6 @@ from websockets.exceptions import ConnectionClosed
 
 from teleop.rosbridge.framing.outbox import BULK_BYTES, Outbox, QueueLimits
 from teleop.rosbridge.framing.outgoing_frames import (
-    TRY_AGAIN_LATER,
     CloseFrame,
     FrameKind,
     OutgoingFrame,
@@ -72,7 +71,6 @@ class SocketWriter:
         self._wake = asyncio.Event()
         self._idle = asyncio.Event()
         self._idle.set()
-        self._close: CloseFrame | None = None
         self._fresh = False
         self.gave_up = ""
         """Why the connection was aborted without a word; empty if it was not."""
@@ -97,14 +95,7 @@ class SocketWriter:
 
     def push(self, output: Output) -> None:
         """Queue a frame; the client is disconnected if its queue overflows."""
-        if self._close is not None:
-            return
-        if isinstance(output, CloseFrame):
-            self._outbox.discard_data()
-            self._close = output
-        elif reason := self._outbox.push(output):
-            self._outbox.clear()
-            self._close = CloseFrame(TRY_AGAIN_LATER, reason)
+        self._outbox.push(output)
         self._idle.clear()
         self._wake.set()
 
@@ -163,8 +154,8 @@ class SocketWriter:
                     return
             if corked:
                 _cork(self.socket, False)
-            if self._close is not None:
-                await self._hang_up(self._close)
+            if self._outbox.close is not None:
+                await self._hang_up(self._outbox.close)
                 return
             if not len(self._outbox):
                 self._idle.set()

@@ -17,7 +17,6 @@ from websockets.typing import BytesLike
 
 from teleop.rosbridge.auth.permissions import Access
 from teleop.rosbridge.framing.outgoing_frames import POLICY_VIOLATION
-from teleop.rosbridge.ros_time import SECOND
 from teleop.rosbridge.server.connection_flow import ConnectionFlow
 from teleop.rosbridge.server.gate import Gate
 from teleop.rosbridge.server.hang_up import HangUp
@@ -67,7 +66,7 @@ class WebSocketConnection(ConnectionFlow):
         self.recv_messages = ReceivedMessages(transport)
         self._protocol = protocol
         self._gate = gate
-        self._budget = gate.begin(self.host, self._now)
+        self._budget = gate.begin(self.host, self.now)
         self._keepalive = keepalive
         self._arrived = self.loop.time()
         self._unparsed = 0
@@ -110,7 +109,7 @@ class WebSocketConnection(ConnectionFlow):
             if timer is not None:
                 timer.cancel()
         self._gate.leave(self.transport)
-        self._gate.end(self.host, self._budget, self._now)
+        self._gate.end(self.host, self._budget, self.now)
         super().connection_lost(exc)
         self.recv_messages.arrival.set()
 
@@ -131,10 +130,6 @@ class WebSocketConnection(ConnectionFlow):
     def unprocessed(self) -> int:
         """Bytes that have arrived and have not been returned by ``receive``, to within 4 kB."""
         return self.recv_messages.size + self._unparsed + _readable(self.transport)
-
-    @property
-    def _waiting(self) -> int:
-        return self.recv_messages.waiting
 
     def _next(self) -> tuple[str | bytes, float] | None:
         """Return the next message to be carried out; None if none is here, or wanted any more."""
@@ -157,7 +152,7 @@ class WebSocketConnection(ConnectionFlow):
         if frame.opcode is CLOSE:
             self._goodbye = True
             self.recv_messages.arrival.set()
-        elif why := self._budget.excess(frame.opcode, self._now):
+        elif why := self._budget.excess(frame.opcode, self.now):
             self.warn(why)
             self._fail(POLICY_VIOLATION, why)
         elif frame.opcode is PONG:
@@ -277,11 +272,6 @@ class WebSocketConnection(ConnectionFlow):
 
     def _after(self, time: float | None, call: Callable[[], object]) -> asyncio.TimerHandle | None:
         return None if time is None else self.loop.call_later(time, call)
-
-    @property
-    def _now(self) -> int:
-        """Time of the loop [ns]."""
-        return int(self.loop.time() * SECOND)
 
 
 def _readable(transport: asyncio.Transport) -> int:

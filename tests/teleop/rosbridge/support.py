@@ -25,6 +25,15 @@ from teleop.rosbridge.ros_time import MILLISECOND as MILLISECOND, SECOND as SECO
 
 ROOT = Path(__file__).resolve().parents[3]
 REGISTRY = TypeRegistry([ROOT / "assets" / "farsteer_msgs"])
+CHATTER = {"topic": "/chatter", "type": "std_msgs/String"}
+
+
+def subscribe(topic: str = "/chatter", kind: str = "std_msgs/String", **more: Any) -> Message:
+    return {"op": "subscribe", "topic": topic, "type": kind, **more}
+
+
+def publish(data: Any, topic: str = "/chatter") -> Message:
+    return {"op": "publish", "topic": topic, "msg": {"data": data}}
 
 
 class ConnectionLog(Observer):

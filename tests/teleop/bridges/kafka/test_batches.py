@@ -138,17 +138,16 @@ async def test_commands_that_come_again_in_a_new_log_are_not_driven_again(
         await glasses.send_raw(up, timestamp_ms=later)
         await glasses.send_raw(down, timestamp_ms=earlier)
 
-    options = (tansu.address, topic, tmp_path)
-    address, _, folder = options
+    address = tansu.address
     async with robot() as steps, sender(address, topic) as glasses:
-        async with bridge(address, steps.server.url, topic, folder) as running:
+        async with bridge(address, steps.server.url, topic, tmp_path) as running:
             await running.reads()
             await send(glasses)
             await exactly(glasses, "done", "done")
         await remake(address, topic)
         await glasses.send(movement="left")
         await send(glasses)
-        async with bridge(address, steps.server.url, topic, folder) as running:
+        async with bridge(address, steps.server.url, topic, tmp_path) as running:
             await until(lambda: any("begun again" in line for line in running.said), running.task)
             await glasses.send(movement="up")
             results = (await glasses.results(7))[2:]

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import os
 from pathlib import Path
 
@@ -130,17 +129,6 @@ def test_a_shortening_that_was_cut_off_leaves_the_journal_as_it_was(tmp_path: Pa
     assert state_of(path) == JournalState()
     path.with_name("journal.jsonl.new").write_text('{"journ')
     assert state_of(path) == JournalState()
-
-
-def test_journals_without_senses_of_turns_are_read(tmp_path: Path) -> None:
-    path = tmp_path / "journal.jsonl"
-    result = {"partition": 0, "offset": 4, "log": 0, "outcome": DONE}
-    mark = {"timestamp": 5, "digest": "d"}
-    ended = {"is": "ended", "result": result, "mark": mark, "end": 5, "distance": 1.0, "angle": 90}
-    path.write_text(f"{json.dumps({'journal': LOG})}\n{json.dumps(ended)}\n")
-    state = state_of(path)
-    assert state.next == 5
-    assert state.sizes(StepSizes(right_turns_left=True)).right_turns_left
 
 
 @pytest.mark.parametrize(

@@ -5,9 +5,8 @@ from __future__ import annotations
 import asyncio
 import contextlib
 import math
-import socket
-import time
-from collections.abc import AsyncIterator, Callable
+from collections.abc import AsyncIterator
+from socket import SOCK_DGRAM
 from typing import Any
 
 import pytest
@@ -26,20 +25,8 @@ from teleop.errors import SettingError
 from teleop.ros_types import registry
 from teleop.rosbridge import Client, Protocol, Server
 from tests.teleop.bridges.motion_platform.test_motion import imu
-from tests.teleop.support import PATIENCE, in_a_loop
-
-
-def free_port() -> int:
-    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as taken:
-        taken.bind(("127.0.0.1", 0))
-        return int(taken.getsockname()[1])
-
-
-async def until(true: Callable[[], object]) -> None:
-    end = time.monotonic() + PATIENCE
-    while not true():
-        assert time.monotonic() < end
-        await asyncio.sleep(0.01)
+from tests.teleop.bridges.support import free_port, until
+from tests.teleop.support import in_a_loop
 
 
 @contextlib.asynccontextmanager
@@ -60,7 +47,7 @@ async def test_a_robot_that_leans_tilts_the_platform_in_datagrams_and_on_topics(
     heard: list[str] = []
     attitudes: list[Any] = []
     poses: list[Any] = []
-    address = f"127.0.0.1:{free_port()}"
+    address = f"127.0.0.1:{free_port(SOCK_DGRAM)}"
     async with Server(Protocol(registry()), port=0) as server, Client(server.url) as client:
         topics = server.protocol.topics
         for topic, kind in (("/imu/data", "sensor_msgs/Imu"), ("/tf", "tf2_msgs/TFMessage")):

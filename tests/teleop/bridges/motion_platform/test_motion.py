@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -126,102 +127,88 @@ def test_a_strict_receiver_accepts_all_poses_whatever_the_robot_says(
 
 
 def follow(
-    follower: Follower, seconds: float, now: float, message: dict[str, Any] | None
-) -> tuple[float, Any]:
-    pose = None
+    follower: Follower,
+    seconds: float,
+    begin: float,
+    feel: Callable[[float], dict[str, Any] | None],
+) -> tuple[float, list[Any]]:
+    """Step with a message every second period; return the time at the end, and all poses."""
+    poses, now = [], begin
     for tick in range(round(seconds / PERIOD)):
-        if message is not None and tick % 2 == 0:
+        if tick % 2 == 0 and (message := feel(now)) is not None:
             follower.take_imu(message, now)
-        pose = follower.step(now)
+        poses.append(follower.step(now))
         now += PERIOD
-    return now, pose
+    return now, poses
+
+
+def settled(follower: Follower, seconds: float, message: dict[str, Any]) -> Any:
+    """Return the last pose of a follower that feels the same for a time."""
+    return follow(follower, seconds, 0.0, lambda now: message)[1][-1].pose
 
 
 def test_the_chair_tilts_as_the_robot_does_and_is_level_after_silence_or_an_e_stop() -> None:
-    follower = Follower(PLATFORM, "tilt", 1.0)
-    now, pose = follow(follower, 1.5, 0.0, imu(0.05, -0.1))
-    assert pose.pose[3:5] == pytest.approx([0.05, -0.1], abs=1e-9)
-    now, pose = follow(follower, SILENCE + settling_time(LIMITS), now, None)
-    assert not pose.following
-    assert np.abs(pose.pose).max() < 1e-9
-    now, pose = follow(follower, 1.5, now, imu(0.05, -0.1))
-    assert pose.following
-    assert pose.pose[3:5] == pytest.approx([0.05, -0.1], abs=1e-9)
+    follower, now = Follower(PLATFORM, "tilt", 1.0), 0.0
+    leaning = imu(0.05, -0.1)
+    for _ in range(2):
+        now, (*_, pose) = follow(follower, 1.5, now, lambda now: leaning)
+        assert pose.following
+        assert pose.pose[3:5] == pytest.approx([0.05, -0.1], abs=1e-9)
+        now, (*_, pose) = follow(follower, SILENCE + settling_time(LIMITS), now, lambda now: None)
+        assert not pose.following
+        assert np.abs(pose.pose).max() < 1e-9
+    now, _ = follow(follower, 1.5, now, lambda now: leaning)
     follower.take_state({"estop": True})
-    _, pose = follow(follower, settling_time(LIMITS), now, imu(0.05, -0.1))
+    _, (*_, pose) = follow(follower, settling_time(LIMITS), now, lambda now: leaning)
     assert np.abs(pose.pose).max() < 1e-9
 
 
 def test_a_lasting_push_leans_the_chair_back_and_is_not_noticed_as_a_turn() -> None:
-    follower = Follower(PLATFORM, "washout", 1.0)
     pushed = imu()
     pushed["linear_acceleration"]["x"] = 0.5
-    poses, now = [], 0.0
-    for tick in range(300):
-        if tick % 2 == 0:
-            follower.take_imu(pushed, now)
-        poses.append(follower.step(now).pose)
-        now += PERIOD
-    pitch = np.array(poses)[:, 4]
+    _, poses = follow(Follower(PLATFORM, "washout", 1.0), 3.0, 0.0, lambda now: pushed)
+    surge, pitch = np.array([pose.pose for pose in poses])[:, [0, 4]].T
     assert pitch[-1] == pytest.approx(-np.arcsin(0.5 / GRAVITY), abs=1e-3)
     assert np.abs(np.diff(pitch)).max() < np.radians(3.0) * PERIOD
-    surge = np.array(poses)[:, 0]
     assert surge[20] > 0.005
     assert surge[-1] == pytest.approx(0.5 / 2.5**2, abs=0.005)
 
 
 def test_a_robot_that_stays_on_a_slope_is_felt_as_that_slope_by_the_washout() -> None:
-    _, pose = follow(Follower(PLATFORM, "washout", 1.0), 6.0, 0.0, imu(pitch=0.1))
-    assert pose.pose[4] == pytest.approx(0.1, abs=0.002)
+    pose = settled(Follower(PLATFORM, "washout", 1.0), 6.0, imu(pitch=0.1))
+    assert pose[4] == pytest.approx(0.1, abs=0.002)
+
+
+def transform(parent: str, child: str, rotation: dict[str, float]) -> dict[str, Any]:
+    """Return a ``tf2_msgs/TFMessage``."""
+    header = {"frame_id": parent}
+    one = {"header": header, "child_frame_id": child, "transform": {"rotation": rotation}}
+    return {"transforms": [one]}
 
 
 def test_a_unit_without_orientation_is_followed_by_the_transforms() -> None:
     follower = Follower(PLATFORM, "tilt", 1.0)
-    turn = imu(0.05, 0.02)["orientation"]
-    transforms = [
-        {
-            "header": {"frame_id": "odom"},
-            "child_frame_id": "base_link",
-            "transform": {"rotation": turn},
-        }
-    ]
-    follower.take_transforms({"transforms": transforms})
-    _, pose = follow(follower, 1.0, 0.0, imu(orientation_covariance=[-1.0] + [0.0] * 8))
-    assert pose.pose[3:5] == pytest.approx([0.05, 0.02], abs=1e-9)
+    follower.take_transforms(transform("odom", "base_link", imu(0.05, 0.02)["orientation"]))
+    pose = settled(follower, 1.0, imu(orientation_covariance=[-1.0] + [0.0] * 8))
+    assert pose[3:5] == pytest.approx([0.05, 0.02], abs=1e-9)
 
 
 def test_a_unit_that_is_mounted_turned_is_felt_in_the_robots_frame() -> None:
     # Its x axis points to the robot's left: what it calls roll is the robot's pitch.
-    half = np.sqrt(0.5)
+    follower, half = Follower(PLATFORM, "tilt", 1.0), np.sqrt(0.5)
     mount = {"x": 0.0, "y": 0.0, "z": half, "w": half}
-    follower = Follower(PLATFORM, "tilt", 1.0)
-    follower.take_transforms(
-        {
-            "transforms": [
-                {
-                    "header": {"frame_id": "base_link"},
-                    "child_frame_id": "imu_link",
-                    "transform": {"rotation": mount},
-                }
-            ]
-        }
-    )
-    _, pose = follow(follower, 1.0, 0.0, imu(roll=0.08))
-    assert pose.pose[3:5] == pytest.approx([0.0, 0.08], abs=1e-9)
+    follower.take_transforms(transform("base_link", "imu_link", mount))
+    assert settled(follower, 1.0, imu(roll=0.08))[3:5] == pytest.approx([0.0, 0.08], abs=1e-9)
 
 
 def test_a_turn_at_a_steady_rate_is_followed_within_a_period() -> None:
-    follower = Follower(PLATFORM, "tilt", 1.0)
-    rate, now, off = 0.2, 0.0, []
-    for tick in range(70):
-        if tick % 2 == 0:
-            message = imu(roll=rate * now)
-            message["angular_velocity"]["x"] = rate
-            follower.take_imu(message, now)
-        pose = follower.step(now)
-        now += PERIOD
-        off.append(rate * now - pose.pose[3])
-    assert max(np.abs(off[30:])) <= rate * 1.5 * PERIOD
+    turn = {"x": 0.2, "y": 0.0, "z": 0.0}
+    _, poses = follow(
+        *(Follower(PLATFORM, "tilt", 1.0), 0.7, 0.0),
+        lambda now: imu(roll=0.2 * now, angular_velocity=turn),
+    )
+    off = [0.2 * (n + 1) * PERIOD - pose.pose[3] for n, pose in enumerate(poses)]
+    assert max(np.abs(off[30:])) <= 0.2 * 1.5 * PERIOD
 
 
 @pytest.mark.parametrize(
@@ -238,13 +225,8 @@ def test_a_datagram_that_was_changed_is_refused(change: Any, reason: str) -> Non
 
 
 def test_a_receiver_refuses_what_is_old_jumps_or_has_other_legs() -> None:
-    follower = Follower(PLATFORM, "tilt", 1.0)
     receiver = Receiver(PLATFORM)
-    poses = []
-    for tick in range(60):
-        if tick % 2 == 0:
-            follower.take_imu(imu(roll=0.15), tick * PERIOD)
-        poses.append(follower.step(tick * PERIOD))
+    _, poses = follow(Follower(PLATFORM, "tilt", 1.0), 0.6, 0.0, lambda now: imu(roll=0.15))
     for pose in poses[:20]:
         receiver.take(pack(pose))
     with pytest.raises(DatagramError, match="number 5 after 20"):

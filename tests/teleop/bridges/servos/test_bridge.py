@@ -25,7 +25,8 @@ from teleop.bridges.servos.servo_lines import joint_line
 from teleop.ros_types import registry
 from teleop.rosbridge import Client, Protocol, Server
 from teleop.rosbridge.errors import ClientError
-from tests.teleop.support import PATIENCE, in_a_loop
+from tests.teleop.bridges.support import until
+from tests.teleop.support import in_a_loop
 
 TABLE = load_arm()
 READY = [*np.degrees(TABLE.poses["ready"]).tolist(), 90.0]
@@ -97,13 +98,6 @@ async def bridge(url: str, port: Path) -> AsyncIterator[list[str]]:
         await asyncio.wait([task])
 
 
-async def until(true: Callable[[], object], what: object = "") -> None:
-    end = time.monotonic() + PATIENCE
-    while not true():
-        assert time.monotonic() < end, what() if callable(what) else what
-        await asyncio.sleep(0.01)
-
-
 @asynccontextmanager
 async def mirroring(board: ServoBoard, folder: Path) -> AsyncIterator[tuple[Robot, list[str]]]:
     """Run a board, a robot and the bridge between them; yield once the board has the robot's pose."""
@@ -117,25 +111,24 @@ def says(said: list[str], text: str) -> Callable[[], bool]:
     return lambda: any(text in line for line in said)
 
 
+@pytest.mark.parametrize(
+    ("feedback", "label", "how"),
+    [(True, "measured", "measured by feedback wires"), (False, "written", "as it writes them")],
+)
 @in_a_loop
-async def test_a_board_takes_the_pose_of_the_robot_and_its_angles_come_back(tmp_path: Path) -> None:
-    board = ServoBoard(TABLE)
+async def test_a_board_takes_the_pose_of_the_robot_and_its_angles_come_back_with_their_source(
+    tmp_path: Path, feedback: bool, label: str, how: str
+) -> None:
+    board = ServoBoard(TABLE, feedback=feedback)
     async with mirroring(board, tmp_path) as (made, said):
         made.period = 0.001  # a flood neither delays nor garbles the newest pose
         made.pose = READY
         await until(lambda: made.mirrors(READY))
-        assert made.mirrored[-1]["layout"]["dim"][0]["label"] == "measured"
-        assert any("measured by feedback wires" in line for line in said)
+        assert made.mirrored[-1]["layout"]["dim"][0]["label"] == label
+        assert any(how in line for line in said)
         assert not any("refused" in line for line in said), said
-    assert np.degrees(board.angles) == pytest.approx(READY[:5], abs=2.0)
-
-
-@in_a_loop
-async def test_angles_of_a_board_without_feedback_wires_are_marked_as_written(
-    tmp_path: Path,
-) -> None:
-    async with mirroring(ServoBoard(TABLE, feedback=False), tmp_path) as (made, _):
-        assert made.mirrored[-1]["layout"]["dim"][0]["label"] == "written"
+    # What is written is ahead of the servos.
+    assert not feedback or np.degrees(board.angles) == pytest.approx(READY[:5], abs=2.0)
 
 
 @in_a_loop

@@ -25,50 +25,31 @@ def listening(url: str, **options: Any) -> Client:
     return Client(url, registry=REGISTRY, **options)
 
 
+@pytest.mark.parametrize("compression", ["none", "cbor"])
 @in_a_loop
-async def test_messages_arrive_in_order_and_typed_in_both_encodings() -> None:
+async def test_messages_arrive_in_order_and_typed_in_both_encodings(compression: Any) -> None:
     async with serving() as server, listening(server.url) as client:
-        server.protocol.topics.advertise("/scan", "sensor_msgs/LaserScan")
-        received: dict[str, list[Message]] = {"cbor": [], "none": []}
-        await client.subscribe("/scan", "sensor_msgs/LaserScan", received["none"].append)
-        await until(lambda: server.protocol.topics.wanted("/scan"))
+        topics = server.protocol.topics
+        scans, images = list[Message](), list[Message]()
+        topics.advertise("/scan", "sensor_msgs/LaserScan")
+        for topic, kind, received in (
+            ("/scan", "sensor_msgs/LaserScan", scans),
+            ("/cloud", "sensor_msgs/CompressedImage", images),
+        ):
+            last = await client.subscribe(topic, kind, received.append, compression=compression)
+        await client.call("/rosapi/get_time")
+        topics.publish("/cloud", {"data": b"\x00\xff"}, server.now)
         for i in range(10):
-            server.protocol.topics.publish(
-                "/scan", {"ranges": np.arange(3) + i, "header": {"stamp": {"sec": i}}}, server.now
-            )
-        await until(lambda: len(received["none"]) == 10)
-        async with listening(server.url) as other:
-            await other.subscribe(
-                "/scan", "sensor_msgs/LaserScan", received["cbor"].append, compression="cbor"
-            )
-            await until(lambda: len(server.protocol.topics.all[-1].subscriptions) == 2)
-            server.protocol.topics.publish(
-                "/scan", {"ranges": np.arange(3) + 9, "header": {"stamp": {"sec": 9}}}, server.now
-            )
-            await until(lambda: bool(received["cbor"]))
-        assert [m["header"]["stamp"] for m in received["none"][:10]] == [
-            {"sec": i, "nanosec": 0} for i in range(10)
-        ]
-        for encoding in ("none", "cbor"):
-            assert received[encoding][-1]["ranges"].dtype == np.float32
-            assert received[encoding][-1]["ranges"].tolist() == [9.0, 10.0, 11.0]
-
-
-@in_a_loop
-async def test_bytes_arrive_as_bytes_in_both_encodings() -> None:
-    async with serving() as server, listening(server.url) as client:
-        received: list[Message] = []
-        kind = "sensor_msgs/CompressedImage"
-        first = await client.subscribe("/cloud", kind, received.append)
-        await client.call("/rosapi/get_time")
-        server.protocol.topics.publish("/cloud", {"data": b"\x00\xff"}, server.now)
-        await until(lambda: len(received) == 1)
-        await client.unsubscribe(first)
-        await client.subscribe("/cloud", kind, received.append, compression="cbor")
-        await client.call("/rosapi/get_time")
-        server.protocol.topics.publish("/cloud", {"data": b"\x00\xff"}, server.now)
-        await until(lambda: len(received) == 2)
-        assert [message["data"] for message in received] == [b"\x00\xff"] * 2
+            scan = {"ranges": np.arange(3) + i, "header": {"stamp": {"sec": i}}}
+            topics.publish("/scan", scan, server.now)
+        await until(lambda: len(scans) == 10)
+        stamps = [scan["header"]["stamp"] for scan in scans]
+        assert stamps == [{"sec": i, "nanosec": 0} for i in range(10)]
+        assert scans[-1]["ranges"].dtype == np.float32
+        assert scans[-1]["ranges"].tolist() == [9.0, 10.0, 11.0]
+        assert [image["data"] for image in images] == [b"\x00\xff"]
+        await client.unsubscribe(last)
+        await until(lambda: not topics.wanted("/cloud"))
 
 
 @in_a_loop

@@ -29,13 +29,6 @@ def ask(wire: Wire, name: str, /, **args: Any) -> Any:
     return answer["values"]
 
 
-def test_topics_are_listed_with_their_types(wire: Wire) -> None:
-    assert ask(wire, "topics") == {
-        "topics": ["/joy", "/scan"],
-        "types": ["sensor_msgs/msg/Joy", "sensor_msgs/msg/LaserScan"],
-    }
-
-
 def test_types_of_topics_are_found_both_ways_and_unknown_ones_are_empty(wire: Wire) -> None:
     assert ask(wire, "topic_type", topic="scan") == {"type": "sensor_msgs/msg/LaserScan"}
     assert ask(wire, "topic_type", topic="/nope") == {"type": ""}

@@ -12,13 +12,7 @@ from hypothesis import given, settings, strategies as st
 from teleop.rosbridge.framing.fragments import split_message
 from teleop.rosbridge.limits import ClientLimits
 from tests.teleop.rosbridge.server.test_server import IMAGE, client, say, serving
-from tests.teleop.rosbridge.support import SECOND, Wire, error
-
-TEXT = {"topic": "/text", "type": "std_msgs/String"}
-
-
-def publish(data: str) -> dict[str, Any]:
-    return {"op": "publish", "topic": "/text", "msg": {"data": data}}
+from tests.teleop.rosbridge.support import SECOND, Wire, error, publish, subscribe
 
 
 def pieces(wire: Wire, client: int = 0) -> list[Any]:
@@ -28,7 +22,7 @@ def pieces(wire: Wire, client: int = 0) -> list[Any]:
 @pytest.mark.parametrize("size", [1, 100, 512, 700, 4000])
 def test_large_messages_are_sent_in_fragments_on_request(size: int) -> None:
     wire = Wire()
-    wire.send({"op": "subscribe", **TEXT, "fragment_size": size})
+    wire.send(subscribe(fragment_size=size))
     wire.send(publish('"é\n' * 400))  # 4 kB
     received = pieces(wire)
     assert {f["op"] for f in received} == {"fragment"}
@@ -43,14 +37,14 @@ def test_large_messages_are_sent_in_fragments_on_request(size: int) -> None:
 @pytest.mark.parametrize("size", [None, 0, 2**31 - 1, 2**31, 1e12, 100_000])
 def test_messages_are_not_fragmented_without_request(size: object) -> None:
     wire = Wire()
-    wire.send({"op": "subscribe", **TEXT, "fragment_size": size})
+    wire.send(subscribe(fragment_size=size))
     wire.send(publish("x" * 1000))
     assert pieces(wire) == [publish("x" * 1000)]
 
 
 def test_binary_messages_are_never_fragmented() -> None:
     wire = Wire()
-    wire.send({"op": "subscribe", **TEXT, "fragment_size": 10, "compression": "cbor"})
+    wire.send(subscribe(fragment_size=10, compression="cbor"))
     wire.send(publish("x" * 1000))
     (output,) = wire.outputs()
     assert list(output.frames) == [output.payload]
@@ -58,9 +52,9 @@ def test_binary_messages_are_never_fragmented() -> None:
 
 def test_fragmented_messages_have_unique_ids_and_the_smallest_size() -> None:
     wire = Wire(clients=2)
-    wire.send({"op": "subscribe", **TEXT, "fragment_size": 5000, "id": "a"})
-    wire.send({"op": "subscribe", **TEXT, "fragment_size": 600, "id": "b"})
-    wire.send({"op": "subscribe", **TEXT}, 1)
+    wire.send(subscribe(fragment_size=5000, id="a"))
+    wire.send(subscribe(fragment_size=600, id="b"))
+    wire.send(subscribe(), 1)
     for _ in range(2):
         wire.send(publish("x" * 1500))
     received = pieces(wire)

@@ -5,7 +5,12 @@ from dataclasses import replace
 from hypothesis import given, strategies as st
 
 from teleop.rosbridge.framing.outbox import BULK_BYTES, Outbox, QueueLimits
-from teleop.rosbridge.framing.outgoing_frames import FrameKind, MessageTally, OutgoingFrame
+from teleop.rosbridge.framing.outgoing_frames import (
+    CloseFrame,
+    FrameKind,
+    MessageTally,
+    OutgoingFrame,
+)
 from teleop.rosbridge.ros_time import SECOND
 
 
@@ -23,13 +28,6 @@ def contents(outbox: Outbox) -> list[str]:
         frames.append(frame.payload.decode())
     assert (len(outbox), outbox.size) == (0, 0)
     return frames
-
-
-def test_responses_are_sent_before_messages() -> None:
-    outbox = Outbox()
-    for frame in (data("1"), control("a"), data("2"), control("b")):
-        outbox.push(frame)
-    assert contents(outbox) == ["a", "b", "1", "2"]
 
 
 def test_queue_length_limits_messages_of_a_topic() -> None:
@@ -60,8 +58,12 @@ def test_full_queue_drops_the_oldest_message() -> None:
 
 def test_too_many_unread_responses_disconnect() -> None:
     outbox = Outbox(QueueLimits(control=10))
-    assert outbox.push(control("0123456789")) is None
-    assert "exceeds 10 bytes" in str(outbox.push(control("x")))
+    outbox.push(control("0123456789"))
+    assert outbox.close is None
+    outbox.push(control("x"))
+    assert outbox.close == CloseFrame(1013, "send queue exceeds 10 bytes")
+    outbox.push(control("y"))
+    assert contents(outbox) == []
 
 
 def test_lossless_clients_receive_all_frames_in_order() -> None:

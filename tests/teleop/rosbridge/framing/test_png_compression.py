@@ -17,13 +17,7 @@ from teleop.rosbridge.limits import ClientLimits
 from teleop.rosbridge.messages.json_cbor_codec import Codec
 from teleop.rosbridge.messages.ros_serialization import RosSerializer
 from tests.teleop.rosbridge.framing.test_fragments import pieces
-from tests.teleop.rosbridge.support import Wire
-
-TEXT = {"topic": "/text", "type": "std_msgs/String"}
-
-
-def publish(data: str) -> dict[str, Any]:
-    return {"op": "publish", "topic": "/text", "msg": {"data": data}}
+from tests.teleop.rosbridge.support import CHATTER, Wire, publish, subscribe
 
 
 def pixels(png: bytes) -> bytes:
@@ -43,12 +37,12 @@ def test_image_contains_the_text_padded_with_line_feeds(text: bytes) -> None:
 
 def test_subscribers_may_request_json_in_png() -> None:
     wire = Wire()
-    wire.send({"op": "subscribe", **TEXT, "compression": "png"})
+    wire.send(subscribe(compression="png"))
     wire.send(publish("é" * 1000))
     (received,) = wire.received()
     assert received.keys() == {"op", "data"}
     assert json.loads(pixels(b64decode(received["data"]))) == publish("é" * 1000)
-    wire.send({"op": "subscribe", **TEXT, "compression": "png", "fragment_size": 50, "id": "b"})
+    wire.send(subscribe(compression="png", fragment_size=50, id="b"))
     text = Random(0).randbytes(1000).hex()
     wire.send(publish(text))
     joined = json.loads("".join(f["data"] for f in pieces(wire)))
@@ -56,13 +50,13 @@ def test_subscribers_may_request_json_in_png() -> None:
 
 
 def picture(size: int) -> dict[str, Any]:
-    return {"op": "publish", "topic": "/text", "msg": {"data": Random(1).randbytes(size).hex()}}
+    return publish(Random(1).randbytes(size).hex())
 
 
 def test_messages_above_64_kb_are_sent_as_json() -> None:
     wire = Wire()
-    wire.send({"op": "subscribe", **TEXT, "compression": "png"})
-    wire.protocol.topics.monitor("/text", "std_msgs/String", lambda *_: None)
+    wire.send(subscribe(compression="png"))
+    wire.protocol.topics.monitor("/chatter", "std_msgs/String", lambda *_: None)
     for size, op in ((32_000, "png"), (33_000, "publish")):
         wire.send(picture(size))
         (received,) = wire.received()
@@ -74,8 +68,8 @@ def test_viewers_of_many_spellings_and_callers_together_are_packed_a_megabyte_a_
     limits = ClientLimits.unhurried()
     wire = Wire(clients=25, limits=limits)
     for client in range(25):
-        topic = "/" * (client % 5) + "text" + "/" * (client // 5)
-        wire.send({"op": "subscribe", **TEXT, "topic": topic, "compression": "png"}, client)
+        topic = "/" * (client % 5) + "chatter" + "/" * (client // 5)
+        wire.send(subscribe(topic=topic, compression="png"), client)
     packed = plain = 0
     for _ in range(30):
         wire.send(picture(16_000))
@@ -108,11 +102,11 @@ def test_message_is_encoded_once_for_all_spellings_of_its_topic(
     for method, name in ((Codec, "json_pieces"), (Codec, "cbor"), (RosSerializer, "bytes")):
         count(method, name)
     wire = Wire(clients=20)
-    wire.send({"op": "advertise", **TEXT})
+    wire.send({"op": "advertise", **CHATTER})
     for client in range(20):
-        topic = {**TEXT, "topic": "/" * client + "text"}
+        topic = {**CHATTER, "topic": "/" * client + "chatter"}
         wire.send({"op": "subscribe", **topic, "compression": compression}, client)
     wire.send(publish("x"))
     topics = {wire.received(client)[-1]["topic"] for client in range(20)}
-    assert topics == {"/" * client + "text" for client in range(20)}
+    assert topics == {"/" * client + "chatter" for client in range(20)}
     assert len(encoded) == 1

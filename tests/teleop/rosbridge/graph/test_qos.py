@@ -6,21 +6,18 @@ from typing import Any
 
 import pytest
 
-from tests.teleop.rosbridge.support import Wire
-
-TEXT = {"topic": "/text", "type": "std_msgs/String"}
+from tests.teleop.rosbridge.support import CHATTER, Wire, publish, subscribe
 
 
-def publish(data: str) -> dict[str, Any]:
-    return {"op": "publish", "topic": "/text", "msg": {"data": data}}
-
-
-def test_transient_message_is_kept_unless_the_subscriber_is_volatile() -> None:
+@pytest.mark.parametrize("keeps", [{"latch": True}, {"qos": {"durability": "transient_local"}}])
+def test_last_message_is_kept_on_request_unless_the_subscriber_is_volatile(keeps: Any) -> None:
     wire = Wire(clients=3)
-    wire.send({"op": "advertise", **TEXT, "qos": {"durability": "transient_local"}}, 0)
+    wire.send({"op": "advertise", **CHATTER, **keeps}, 0)
+    wire.send(publish("old"), 0)
     wire.send(publish("x"), 0)
-    wire.send({"op": "subscribe", **TEXT}, 1)
-    wire.send({"op": "subscribe", **TEXT, "qos": {"durability": "volatile"}}, 2)
+    for identity in "ab":
+        wire.send(subscribe(id=identity), 1)
+    wire.send(subscribe(qos={"durability": "volatile"}), 2)
     assert wire.received(1) == [publish("x")]
     assert wire.received(2) == []
 
@@ -37,6 +34,6 @@ def test_transient_message_is_kept_unless_the_subscriber_is_volatile() -> None:
 )
 def test_qos_depth_is_the_queue_length(qos: object, depth: int) -> None:
     wire = Wire()
-    wire.send({"op": "subscribe", **TEXT, "queue_length": 4, "qos": qos})
+    wire.send(subscribe(queue_length=4, qos=qos))
     wire.send(publish("x"))
     assert [output.depth for output in wire.outputs()] == [depth]

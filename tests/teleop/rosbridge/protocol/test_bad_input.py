@@ -28,40 +28,39 @@ def answers(*frames: str | bytes) -> list[Any]:
 
 
 @pytest.mark.parametrize(
-    "frame",
+    ("frame", "reason"),
     [
-        "",
-        "   ",
-        "{",
-        '{"op":"publish","topic":"/x","msg":{"data":"cut of',
-        "[1,2,3]",
-        "null",
-        "1",
-        '"subscribe"',
-        "true",
-        "nonsense",
-        "{'op': 'subscribe'}",
-        '{"op":"set_level","level":"error"} x',
-        '{"op":NaN}',
-        '{"op":"publish","topic":"/x","msg":{"data":Infinity}}',
-        '{"op":"publish","topic":"/x","msg":{"data":-Infinity}}',
-        '{"op":' + "9" * 5000 + "}",
-        "[" * 100_000,
-        '{"a":' * 100_000,
-        "[{" * 50_000 + "}]" * 50_000,
-        "{" * 2401,
-        b"\xff\xfe\x00",
-        b"",
-        b"\x00" * 100,
-        "\ud800",
+        ("", "the frame is empty"),
+        ("   ", "the frame is empty"),
+        ("{", "not JSON"),
+        ('{"op":"publish","topic":"/x","msg":{"data":"cut of', "not JSON"),
+        ("[1,2,3]", "an operation must be a JSON object, got an array"),
+        ("null", "got null"),
+        ("1", "got a number"),
+        ('"subscribe"', "got a string"),
+        ("true", "got a boolean"),
+        ("nonsense", "not JSON"),
+        ("{'op': 'subscribe'}", "not JSON"),
+        ('{"op":"set_level","level":"error"} x', "not JSON"),
+        ('{"op":NaN}', "NaN is not JSON"),
+        ('{"op":"publish","topic":"/x","msg":{"data":Infinity}}', "Infinity is not JSON"),
+        ('{"op":"publish","topic":"/x","msg":{"data":-Infinity}}', "-Infinity is not JSON"),
+        ('{"op":' + "9" * 5000 + "}", "not JSON"),
+        ("[" * 100_000, "an op of"),
+        ('{"a":' * 100_000, "an op of"),
+        ("[{" * 50_000 + "}]" * 50_000, "an op of"),
+        ("{" * 2401, "not JSON"),
+        (b"\xff\xfe\x00", "must contain JSON text in UTF-8"),
+        (b"", "the frame is empty"),
+        (b"\x00" * 100, "not JSON"),
+        ("\ud800", "not JSON"),
     ],
 )
-def test_unreadable_frames_are_answered_with_an_error(frame: str | bytes) -> None:
+def test_unreadable_frames_are_answered_with_the_reason(frame: str | bytes, reason: str) -> None:
     wire = Wire()
     wire.raw(frame)
-    received = wire.received()
-    assert received
-    assert [status["op"] for status in received] == ["status"] * len(received)
+    (status,) = wire.received()
+    assert (status["op"], status["level"], reason in status["msg"]) == ("status", "error", True)
     wire.raw(CALL)
     (answer,) = wire.received()
     assert answer["op"] == "service_response"
@@ -84,29 +83,14 @@ def test_missing_or_unknown_op_is_answered_with_the_known_ones() -> None:
 
 
 @pytest.mark.parametrize(
-    ("frame", "reason"),
+    ("frame", "ops"),
     [
-        ('{"op":"publish","topic":"/x","msg":{"data":"cut o', "not JSON"),
-        ("[1,2,3]", "an operation must be a JSON object, got an array"),
-        ('{"op":"publish","topic":"/x","msg":{"data":NaN}}', "NaN is not JSON"),
-        ('{"op":"publish","topic":"/x","msg":{"data":-Infinity}}', "-Infinity is not JSON"),
+        (f"{CALL}{CALL}\n {CALL} ", ["service_response"] * 3),
+        (f"{CALL} oops {CALL}", ["service_response", "status"]),
     ],
 )
-def test_reason_of_an_unreadable_frame_is_said(frame: str, reason: str) -> None:
-    (status,) = answers(frame)
-    assert reason in status["msg"]
-
-
-def test_all_operations_in_a_frame_are_processed() -> None:
-    received = answers(f"{CALL}{CALL}\n {CALL} ")
-    assert [answer["op"] for answer in received] == ["service_response"] * 3
-
-
-def test_operations_before_an_error_are_processed() -> None:
-    assert [answer["op"] for answer in answers(f"{CALL} oops {CALL}")] == [
-        "service_response",
-        "status",
-    ]
+def test_all_operations_in_a_frame_are_processed_up_to_an_error(frame: str, ops: list[str]) -> None:
+    assert [answer["op"] for answer in answers(frame)] == ops
 
 
 def test_binary_frames_may_contain_json_with_any_characters() -> None:

@@ -24,7 +24,7 @@ def wire_with_tokens() -> Wire:
 
 def granted(protocol: Protocol, name: str) -> Access:
     assert protocol.authenticator is not None
-    credentials = protocol.authenticator._credentials
+    credentials = protocol.authenticator.credentials
     return next(key.granted for key in credentials.keys if key.access.holder == name)
 
 

@@ -95,16 +95,6 @@ def test_frames_keep_their_order_under_jitter_in_both_directions() -> None:
     assert [m["msg"]["data"] for m in wire.received()] == [str(number) for number in range(50)]
 
 
-def test_answer_takes_the_way_back() -> None:
-    wire = Wire(frame_delay=Delay(down=200))
-    wire.send({"op": "dance"})
-    assert wire.received() == []
-    wire.wait(199)
-    assert wire.received() == []
-    wire.wait(1)
-    assert "dance" in wire.received()[0]["msg"]
-
-
 def test_limited_link_sends_the_latest_message_instead_of_all() -> None:
     wire = Wire(frame_delay=Slow())
     wire.protocol.topics.advertise("/t", TEXT)

@@ -104,18 +104,6 @@ def test_large_legal_messages_are_taken_as_often_as_their_parts_allow() -> None:
     assert wire.received() == []
 
 
-def test_client_in_debt_receives_an_error_and_is_then_disconnected() -> None:
-    wire = Wire(limits=ClientLimits(parts=3000))
-    wire.send({"op": "advertise", **POSES})
-    for _ in range(8):
-        wire.raw(poses({"position": {"x": 1}}, 2000))
-        wire.wait(100)
-    said = wire.received()
-    assert "3000 nested messages/s" in said[0]["msg"]
-    assert isinstance(said[-1], CloseFrame)
-    assert said[-1].code == 1008
-
-
 def test_latched_messages_of_a_client_occupy_bounded_memory() -> None:
     wire = Wire(2, limits=ClientLimits(parts=1e9, latched=1_000_000))
     refused = 0

@@ -8,6 +8,8 @@ import json
 import selectors
 import socket
 import time
+from collections.abc import Callable, Coroutine
+from functools import wraps
 from typing import Any
 
 from teleop.rosbridge import DatedEventLoop, Server
@@ -15,6 +17,15 @@ from teleop.rosbridge.server.dated_loop import _DatedSelector, arrival_now
 from tests.teleop.rosbridge.server.test_server import client, in_a_loop, serving, until
 
 SECOND = 1_000_000_000
+
+
+def in_a_dated_loop(test: Callable[[], Coroutine[Any, Any, None]]) -> Callable[[], None]:
+    @wraps(test)
+    def run() -> None:
+        with asyncio.Runner(loop_factory=DatedEventLoop) as runner:
+            runner.run(test())
+
+    return run
 
 
 def received_by(server: Server) -> list[tuple[str, int]]:
@@ -29,24 +40,21 @@ def said(text: str) -> str:
     return json.dumps({"op": "publish", "topic": "/t", "msg": {"data": text}})
 
 
-def test_frames_that_wait_for_a_late_loop_are_dated_before_it_was_late() -> None:
-    async def run() -> None:
-        async with asyncio.timeout(20), serving() as server, client(server) as a:
-            received = received_by(server)
-            await a.send(said("early"))
-            await until(lambda: len(received) == 1)
-            writer = server._writers[1]
-            raw = a.transport.get_extra_info("socket")
-            await a.send(said("late"))  # is in the kernel before the loop polls again
-            begun = server.now
-            time.sleep(0.3)  # noqa: ASYNC251 - the loop is late
-            assert raw.fileno() > 0
-            await until(lambda: len(received) == 2)
-            assert received[1][1] <= begun + SECOND // 100
-            assert writer.socket.unprocessed == 0
-
-    with asyncio.Runner(loop_factory=DatedEventLoop) as runner:
-        runner.run(run())
+@in_a_dated_loop
+async def test_frames_that_wait_for_a_late_loop_are_dated_before_it_was_late() -> None:
+    async with asyncio.timeout(20), serving() as server, client(server) as a:
+        received = received_by(server)
+        await a.send(said("early"))
+        await until(lambda: len(received) == 1)
+        writer = server._writers[1]
+        raw = a.transport.get_extra_info("socket")
+        await a.send(said("late"))  # is in the kernel before the loop polls again
+        begun = server.now
+        time.sleep(0.3)  # noqa: ASYNC251 - the loop is late
+        assert raw.fileno() > 0
+        await until(lambda: len(received) == 2)
+        assert received[1][1] <= begun + SECOND // 100
+        assert writer.socket.unprocessed == 0
 
 
 def test_slow_poll_on_a_busy_machine_makes_what_waited_no_younger() -> None:
@@ -68,21 +76,18 @@ def test_slow_poll_on_a_busy_machine_makes_what_waited_no_younger() -> None:
         assert polls.arrived == 5.0
 
 
-def test_frames_that_come_to_an_idle_loop_are_dated_as_they_come() -> None:
-    async def run() -> None:
-        async with asyncio.timeout(20), serving() as server, client(server) as a:
-            received = received_by(server)
-            for _ in range(20):
-                await asyncio.sleep(0.02)
-                before = arrival_now()  # of the timer's poll, however late this runs
-                await a.send(said("x"))
-                count = len(received) + 1
-                await until(lambda count=count: len(received) == count)  # type: ignore[misc]
-                assert received[-1][1] >= (before - 1e-6) * SECOND
-            assert arrival_now() <= asyncio.get_running_loop().time()
-
-    with asyncio.Runner(loop_factory=DatedEventLoop) as runner:
-        runner.run(run())
+@in_a_dated_loop
+async def test_frames_that_come_to_an_idle_loop_are_dated_as_they_come() -> None:
+    async with asyncio.timeout(20), serving() as server, client(server) as a:
+        received = received_by(server)
+        for _ in range(20):
+            await asyncio.sleep(0.02)
+            before = arrival_now()  # of the timer's poll, however late this runs
+            await a.send(said("x"))
+            count = len(received) + 1
+            await until(lambda count=count: len(received) == count)  # type: ignore[misc]
+            assert received[-1][1] >= (before - 1e-6) * SECOND
+        assert arrival_now() <= asyncio.get_running_loop().time()
 
 
 @in_a_loop

@@ -10,24 +10,19 @@ from pathlib import Path
 import pytest
 
 from teleop.rosbridge import (
-    Authenticator,
     ClientLimits,
-    Credentials,
     Keepalive,
     Protocol,
-    Role,
     Server,
     tls_context,
 )
 from teleop.rosbridge.server import http_connection, listener, websocket_connection
 from teleop.rosbridge.server.rare_warnings import RareWarnings
 from tests.teleop.rosbridge.auth.test_authentication import certificate
-from tests.teleop.rosbridge.server.test_gate import credential
+from tests.teleop.rosbridge.server.test_gate import crowd
 from tests.teleop.rosbridge.server.test_hostile_clients import masked, opened
 from tests.teleop.rosbridge.server.test_server import client, in_a_loop, serving, until
-from tests.teleop.rosbridge.support import REGISTRY, SECOND, received_on
-
-"""Another address of this machine."""
+from tests.teleop.rosbridge.support import SECOND, received_on
 
 Wire = tuple[asyncio.StreamReader, asyncio.StreamWriter]
 
@@ -45,18 +40,12 @@ def leave(wires: list[Wire]) -> None:
 # Places of clients that are still to give a token
 
 
-def guarded() -> Protocol:
-    credentials = Credentials(keys=(credential("driver", Role.OPERATE),))
-    limits = ClientLimits(requests=1000)
-    return Protocol(REGISTRY, limits=limits, authenticator=Authenticator(credentials, lambda: 0.0))
-
-
 def closing(protocol: Protocol) -> list[str]:
     return [one.address for one in protocol.connections if one.closing]
 
 
 def test_an_address_has_two_places_before_its_token_and_a_third_takes_that_of_its_oldest() -> None:
-    protocol = guarded()
+    protocol = crowd([], clients=32)
     for port in range(3):
         assert protocol.places.refusal(None, "10.0.0.6") is None
         protocol.connect(SECOND, f"10.0.0.6:{port}", None)
@@ -64,7 +53,7 @@ def test_an_address_has_two_places_before_its_token_and_a_third_takes_that_of_it
 
 
 def test_with_all_places_taken_the_oldest_of_the_address_with_most_leaves() -> None:
-    protocol = guarded()
+    protocol = crowd([], clients=32)
     for address in ("10.0.0.1:1", *(f"10.0.0.{n}:{port}" for n in (2, 3, 4) for port in (1, 2))):
         protocol.connect(SECOND, address, None)
     protocol.connect(SECOND, "10.0.0.5:1", None)

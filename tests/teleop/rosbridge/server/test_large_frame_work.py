@@ -28,7 +28,7 @@ from tests.teleop.rosbridge.server.test_server import (
     serving,
     until,
 )
-from tests.teleop.rosbridge.support import REGISTRY, SECOND, received_on
+from tests.teleop.rosbridge.support import REGISTRY, SECOND, publish, received_on
 
 POSES = {"topic": "/poses", "type": "geometry_msgs/PoseArray"}
 TEXT = {"topic": "/t", "type": "std_msgs/String"}
@@ -38,10 +38,6 @@ def poses(count: int, **fields: object) -> str:
     pose = {"position": {"x": 1.5}, "orientation": {"w": 1.0}}
     message = {"poses": [pose] * count, **fields}
     return json.dumps({"op": "publish", "topic": "/poses", "msg": message})
-
-
-def text(topic: str, data: str) -> dict[str, Any]:
-    return {"op": "publish", "topic": topic, "msg": {"data": data}}
 
 
 class HeldWork:
@@ -83,7 +79,7 @@ async def test_large_frame_holds_up_what_its_sender_sends_to_the_same_topic_and_
         for part in in_fragments(json.dumps({"op": "unadvertise", "topic": "/poses"}), 20):
             await a.send(part)
         await until(work.begun.is_set)
-        await a.send(json.dumps(text("/t", "passes")))
+        await a.send(json.dumps(publish("passes", "/t")))
         assert (await receive(b))["msg"] == {"data": "passes"}
         for _ in range(20):
             await say(b)  # is served meanwhile
@@ -100,7 +96,7 @@ async def test_frames_behind_auth_wait_for_the_large_frame_before_it(
     work = HeldWork(monkeypatch)
     async with serving() as server, client(server) as a, client(server) as b:
         await say(b, {"op": "subscribe", **POSES}, {"op": "subscribe", **TEXT})
-        for frame in (poses(500), '{"op":"auth","token":"x"}', json.dumps(text("/t", "x"))):
+        for frame in (poses(500), '{"op":"auth","token":"x"}', json.dumps(publish("x", "/t"))):
             await a.send(frame)
         await until(work.begun.is_set)
         await say(b)

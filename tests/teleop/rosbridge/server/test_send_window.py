@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import asyncio
+import contextlib
 import selectors
-from collections.abc import Coroutine
+from collections.abc import Callable, Coroutine
 from dataclasses import dataclass, field
+from functools import wraps
 from typing import Any, cast
 
 import pytest
@@ -42,14 +44,16 @@ class _Jump(selectors.SelectSelector):
         return super().select(0)
 
 
-def run(work: Coroutine[Any, Any, None]) -> None:
-    jump = _Jump()
-    loop = asyncio.SelectorEventLoop(jump)
-    loop.time = lambda: jump.now + 1.0  # type: ignore[method-assign]
-    try:
-        loop.run_until_complete(work)
-    finally:
-        loop.close()
+def in_simulated_time(test: Callable[..., Coroutine[Any, Any, None]]) -> Callable[..., None]:
+    @wraps(test)
+    def run(*args: Any, **kwargs: Any) -> None:
+        jump = _Jump()
+        loop = asyncio.SelectorEventLoop(jump)
+        loop.time = lambda: jump.now + 1.0  # type: ignore[method-assign]
+        with contextlib.closing(loop):
+            loop.run_until_complete(test(*args, **kwargs))
+
+    return run
 
 
 @dataclass
@@ -146,101 +150,89 @@ async def publish(link: Link, seconds: float, *, thin: bool) -> MessageTally:
 
 
 @pytest.mark.parametrize("rate", [MEGABIT, MEGABIT * 0.256])
-def test_small_messages_wait_for_no_more_than_one_cloud_that_was_made_to_fit(rate: float) -> None:
-    async def drive() -> None:
-        link = Link(rate)
-        tally = await publish(link, 20.0, thin=True)
-        settled = link.loop.time() - 15.0
-        took = link.lateness(*TOPICS, since=settled)
-        assert max(took) < CARRIED_IN / SECOND + 4 * SMALL / rate + 0.02
-        assert len(link.lateness("/cloud", since=settled)) > 2 * 15.0
-        assert tally.detail.level > 0
-
-    run(drive())
-
-
-def test_small_messages_wait_for_one_cloud_at_most_where_it_cannot_be_thinned() -> None:
-    async def drive() -> None:
-        link = Link(MEGABIT)
-        await publish(link, 20.0, thin=False)
-        settled = link.loop.time() - 15.0
-        assert max(link.lateness(*TOPICS, since=settled)) < (CLOUD + 3 * SMALL) / MEGABIT + 0.03
-        # The newest one goes each time: it waits for one other, and is carried.
-        assert max(link.lateness("/cloud", since=settled)) < 2 * CLOUD / MEGABIT + 0.2
-
-    run(drive())
+@in_simulated_time
+async def test_small_messages_wait_for_no_more_than_one_cloud_that_was_made_to_fit(
+    rate: float,
+) -> None:
+    link = Link(rate)
+    tally = await publish(link, 20.0, thin=True)
+    settled = link.loop.time() - 15.0
+    took = link.lateness(*TOPICS, since=settled)
+    assert max(took) < CARRIED_IN / SECOND + 4 * SMALL / rate + 0.02
+    assert len(link.lateness("/cloud", since=settled)) > 2 * 15.0
+    assert tally.detail.level > 0
 
 
-def test_fast_link_carries_everything_whole_whatever_its_delay() -> None:
-    async def drive() -> None:
-        link = Link(100 * MEGABIT, delay=0.3)
-        tally = await publish(link, 10.0, thin=True)
-        await asyncio.sleep(1.0)
-        assert max(link.lateness("/cloud", since=2.0)) < 0.01
-        # Until the first answer two clouds are as many as may be under way.
-        assert len(link.arrived) >= 399
-        assert (tally.detail.level, tally.dropped) == (0, 400 - len(link.arrived))
-
-    run(drive())
+@in_simulated_time
+async def test_small_messages_wait_for_one_cloud_at_most_where_it_cannot_be_thinned() -> None:
+    link = Link(MEGABIT)
+    await publish(link, 20.0, thin=False)
+    settled = link.loop.time() - 15.0
+    assert max(link.lateness(*TOPICS, since=settled)) < (CLOUD + 3 * SMALL) / MEGABIT + 0.03
+    # The newest one goes each time: it waits for one other, and is carried.
+    assert max(link.lateness("/cloud", since=settled)) < 2 * CLOUD / MEGABIT + 0.2
 
 
-def test_clouds_are_whole_again_a_while_after_the_link_is_fast_again() -> None:
-    async def drive() -> None:
-        link = Link(MEGABIT)
-        tally = await publish(link, 5.0, thin=True)
-        assert tally.detail.level > 2
-        link.rate = 100 * MEGABIT
-        link.free = 0.0
-        tally.detail.carried(CARRIED_IN)
-        for _ in range(100):
-            link.say("/cloud", LARGE_BYTES, tally)
-            await asyncio.sleep(0.1)
-        assert tally.detail.level == 0
-
-    run(drive())
+@in_simulated_time
+async def test_fast_link_carries_everything_whole_whatever_its_delay() -> None:
+    link = Link(100 * MEGABIT, delay=0.3)
+    tally = await publish(link, 10.0, thin=True)
+    await asyncio.sleep(1.0)
+    assert max(link.lateness("/cloud", since=2.0)) < 0.01
+    # Until the first answer two clouds are as many as may be under way.
+    assert len(link.arrived) >= 399
+    assert (tally.detail.level, tally.dropped) == (0, 400 - len(link.arrived))
 
 
-def test_client_that_answers_no_ping_is_sent_everything() -> None:
-    async def drive() -> None:
-        link = Link(MEGABIT, pongs=False)
-        for _ in range(200):
-            link.say("/cloud", LARGE_BYTES)
-            await asyncio.sleep(0.1)
-        await asyncio.sleep(1.0)
-        assert len(link.arrived) == 200
+@in_simulated_time
+async def test_clouds_are_whole_again_a_while_after_the_link_is_fast_again() -> None:
+    link = Link(MEGABIT)
+    tally = await publish(link, 5.0, thin=True)
+    assert tally.detail.level > 2
+    link.rate = 100 * MEGABIT
+    link.free = 0.0
+    tally.detail.carried(CARRIED_IN)
+    for _ in range(100):
+        link.say("/cloud", LARGE_BYTES, tally)
+        await asyncio.sleep(0.1)
+    assert tally.detail.level == 0
 
-    run(drive())
+
+@in_simulated_time
+async def test_client_that_answers_no_ping_is_sent_everything() -> None:
+    link = Link(MEGABIT, pongs=False)
+    for _ in range(200):
+        link.say("/cloud", LARGE_BYTES)
+        await asyncio.sleep(0.1)
+    await asyncio.sleep(1.0)
+    assert len(link.arrived) == 200
 
 
 @pytest.mark.parametrize("rate", [MEGABIT, 100 * MEGABIT])
-def test_after_a_stall_nothing_old_comes_but_what_was_on_its_way(rate: float) -> None:
-    async def drive() -> None:
-        link = Link(rate)
-        begun = link.loop.time() + 5.05
-        link.loop.call_at(begun, setattr, link, "stalled_until", begun + 3.0)
-        await publish(link, 10.0, thin=True)
-        for topic in TOPICS:
-            late = [took for took in link.lateness(topic, since=begun) if took > 0.5]
-            # A ping every 200 ms, an answer 150 ms overdue, and the round trip of 40 ms.
-            assert len(late) <= 4, "30 were published"
-        # A round trip later all is as before, but for what is on its way again.
-        assert max(link.lateness(*TOPICS, since=begun + 3.5)) < CARRIED_IN / SECOND + 0.03
-
-    run(drive())
+@in_simulated_time
+async def test_after_a_stall_nothing_old_comes_but_what_was_on_its_way(rate: float) -> None:
+    link = Link(rate)
+    begun = link.loop.time() + 5.05
+    link.loop.call_at(begun, setattr, link, "stalled_until", begun + 3.0)
+    await publish(link, 10.0, thin=True)
+    for topic in TOPICS:
+        late = [took for took in link.lateness(topic, since=begun) if took > 0.5]
+        # A ping every 200 ms, an answer 150 ms overdue, and the round trip of 40 ms.
+        assert len(late) <= 4, "30 were published"
+    # A round trip later all is as before, but for what is on its way again.
+    assert max(link.lateness(*TOPICS, since=begun + 3.5)) < CARRIED_IN / SECOND + 0.03
 
 
-def test_link_that_becomes_slower_for_good_is_not_silent() -> None:
-    async def drive() -> None:
-        link = Link(100 * MEGABIT)
-        await publish(link, 3.0, thin=False)
-        link.delay = 0.8
-        begun = link.loop.time()
-        await publish(link, 10.0, thin=False)
-        await asyncio.sleep(2.0)
-        counts = [len(link.lateness(topic, since=begun + 2.95)) for topic in TOPICS]
-        assert counts == [70, 70, 70]
-
-    run(drive())
+@in_simulated_time
+async def test_link_that_becomes_slower_for_good_is_not_silent() -> None:
+    link = Link(100 * MEGABIT)
+    await publish(link, 3.0, thin=False)
+    link.delay = 0.8
+    begun = link.loop.time()
+    await publish(link, 10.0, thin=False)
+    await asyncio.sleep(2.0)
+    counts = [len(link.lateness(topic, since=begun + 2.95)) for topic in TOPICS]
+    assert counts == [70, 70, 70]
 
 
 def test_least_round_trip_is_found_again_while_the_link_is_always_busy() -> None:

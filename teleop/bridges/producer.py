@@ -15,7 +15,7 @@ _LOG: Final = logging.getLogger(__name__)
 
 
 class Producer:
-    """Sends one record at a time and waits until the broker has it."""
+    """A producer of aiokafka, of which there is one while it works."""
 
     def __init__(self, settings: dict[str, Any], *, idempotent: bool) -> None:
         """Create it without a connection.
@@ -28,9 +28,10 @@ class Producer:
         self._settings = settings
         self._idempotent = idempotent
         self._producer: AIOKafkaProducer | None = None
+        self._starting = asyncio.Lock()
 
     async def send(self, topic: str, value: bytes, *, key: bytes, partition: int | None) -> int:
-        """Send a record and return its offset.
+        """Send a record, wait until the broker has it, and return its offset.
 
         Raises:
             KafkaError: If the broker does not take it; TimeoutError and OSError likewise. It may have it all the same.
@@ -38,7 +39,7 @@ class Producer:
         try:
             with cancelled_requests():
                 async with asyncio.timeout(2 * TIMEOUT):
-                    producer = await self._started()
+                    producer = await self.started()
                     sent = await producer.send_and_wait(topic, value, key=key, partition=partition)
         except BaseException:
             await self.close()
@@ -51,17 +52,23 @@ class Producer:
         if producer is not None:
             await stop(producer)
 
-    async def _started(self) -> AIOKafkaProducer:
-        if self._producer is None:
-            try:
-                self._producer = await self._start(self._idempotent)
-            except (UnknownError, UnsupportedVersionError):
-                if not self._idempotent:
-                    raise
-                _LOG.info("the broker knows no idempotent producers")
-                self._idempotent = False
-                self._producer = await self._start(False)
-        return self._producer
+    async def started(self) -> AIOKafkaProducer:
+        """Return the producer, connected.
+
+        Raises:
+            KafkaError: If there is no broker; TimeoutError and OSError likewise.
+        """
+        async with self._starting, asyncio.timeout(2 * TIMEOUT):
+            if self._producer is None:
+                try:
+                    self._producer = await self._start(self._idempotent)
+                except (UnknownError, UnsupportedVersionError):
+                    if not self._idempotent:
+                        raise
+                    _LOG.info("the broker knows no idempotent producers")
+                    self._idempotent = False
+                    self._producer = await self._start(False)
+            return self._producer
 
     async def _start(self, idempotent: bool) -> AIOKafkaProducer:
         producer = AIOKafkaProducer(
