@@ -14,8 +14,8 @@ from localization.logs.ros_stamps import stamp_to_dict
 from localization.types import InvalidReadingError, Pose
 from teleop.robot.world_control.answers import Answer, Request, answered
 from teleop.robot.world_control.entity_filters import has_tags, matching
-from teleop.robot.world_control.interface import WorldControl
 from teleop.robot.world_control.results import Code, ControlError, result
+from teleop.robot.world_control.simulated_entities import SimulatedWorld
 
 _FRAMES: Final = ("", "map", "world")
 """Names of the world's frame."""
@@ -25,7 +25,7 @@ _NAME: Final = re.compile(r"[A-Za-z][A-Za-z0-9_]{0,63}")
 class EntityServices:
     """Answers what concerns the entities of a world."""
 
-    def __init__(self, control: WorldControl) -> None:
+    def __init__(self, control: SimulatedWorld) -> None:
         """Answer for a world."""
         self._control = control
 
