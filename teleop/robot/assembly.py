@@ -67,12 +67,16 @@ class RobotParts:
         )
 
 
-def build_drive(parts: RobotParts) -> Drive:
-    """Return the drive, as control runs it."""
-    simulation = _simulation(parts)
-    safety = _safety(parts, simulation)
-    arm, guard = _arm(parts, simulation, safety), _guard(parts, simulation)
-    return Drive(simulation, safety, arm=arm, guard=guard)
+def build_drive(parts: RobotParts, stage: Stages = lambda _: nullcontext()) -> Drive:
+    """Return the drive, as control runs it; ``stage`` measures the stages of a tick."""
+    simulation = Simulation(
+        parts.world, seed=parts.seed, config=parts.simulation, start=parts.start
+    )
+    safety = Safety(SpeedLimits.of(simulation.config.drive), parts.safety)
+    guard = None
+    if parts.guard and simulation.mounts:
+        guard = Guard(simulation.world.robot, simulation.mounts, simulation.config.drive)
+    return Drive(simulation, safety, arm=_arm(parts, simulation, safety), guard=guard, stage=stage)
 
 
 def build_stepped_robot(
@@ -109,17 +113,10 @@ def build_stepped_robot(
         AuditError: If the audit log cannot be written.
         CameraError: If there is no camera of that name.
     """
-    simulation = _simulation(parts)
+    drive = build_drive(parts, stage)
+    simulation = drive.simulation
     localizer = Localizer(prepared, simulation.mounts, stage=stage)
-    safety = _safety(parts, simulation)
-    robot = Robot(
-        simulation,
-        localizer,
-        safety,
-        arm=_arm(parts, simulation, safety),
-        guard=_guard(parts, simulation),
-        stage=stage,
-    )
+    robot = Robot(drive, localizer, stage=stage)
     stepped: SteppedRobot | None = None
     world, mounts, arm = simulation.world, simulation.mounts, ArmFit.of(parts.world)
     gateway = Gateway(
@@ -148,20 +145,6 @@ def build_stepped_robot(
     )
     stepped = SteppedRobot(robot, gateway)
     return stepped
-
-
-def _simulation(parts: RobotParts) -> Simulation:
-    return Simulation(parts.world, seed=parts.seed, config=parts.simulation, start=parts.start)
-
-
-def _safety(parts: RobotParts, simulation: Simulation) -> Safety:
-    return Safety(SpeedLimits.of(simulation.config.drive), parts.safety)
-
-
-def _guard(parts: RobotParts, simulation: Simulation) -> Guard | None:
-    if not (parts.guard and simulation.mounts):
-        return None
-    return Guard(simulation.world.robot, simulation.mounts, simulation.config.drive)
 
 
 def _arm(parts: RobotParts, simulation: Simulation, safety: Safety) -> ArmDrive | None:

@@ -13,6 +13,7 @@ from localization.pipeline.localizer import Localizer
 from localization.types import Hint, Inertial, Pose, Twist
 from robot_sim import TICK_NS, Simulation, World
 from teleop.joystick import VelocityRequest
+from teleop.robot.drive import Drive
 from teleop.robot.inbox import Disconnected, DriveCommand, EStop, InboxMessage, PoseHint
 from teleop.robot.robot import Robot
 from teleop.robot.safety.control_state import SafetyConfig
@@ -26,7 +27,7 @@ FULL = DriveCommand("operator", VelocityRequest(Twist.planar(0.7, 0.0), enabled=
 def robot(office: World, office_cloud: Cloud, cache: Path) -> Robot:
     simulation = Simulation(office, seed=0)
     world = prepare(office_cloud, cache=cache)
-    return Robot(simulation, Localizer(world, simulation.mounts))
+    return Robot(Drive(simulation), Localizer(world, simulation.mounts))
 
 
 def drive(robot: Robot, message: InboxMessage | None, ticks: int) -> TickRecord:
@@ -79,7 +80,7 @@ def test_robot_brakes_within_the_promised_distance_from_full_speed(robot: Robot,
 def test_truth_is_out_of_the_localisers_reach(robot: Robot) -> None:
     """Whatever hangs on the localiser, neither the simulation nor its truth is among it."""
     seen: set[int] = set()
-    todo: list[object] = [robot.localizer]
+    todo: list[object] = [robot.estimation.localizer]
     while todo:
         item = todo.pop()
         if id(item) in seen:

@@ -19,6 +19,7 @@ from robot_sim import JACKAL, DriveConfig, Simulation, SimulationConfig, World, 
 from robot_sim.drive.aria_packets import StandardPacket
 from robot_sim.drive.motor_controller import FirmwareConfig
 from teleop.joystick import VelocityRequest
+from teleop.robot.drive import Drive
 from teleop.robot.inbox import DriveCommand, InboxMessage, PoseHint
 from teleop.robot.robot import Robot
 from teleop.robot.tick_record import TickRecord
@@ -45,7 +46,9 @@ def ticks(office: World, office_cloud: Cloud, cache: Path) -> list[TickRecord]:
     config = SimulationConfig(drive=DriveConfig(firmware=FirmwareConfig()), scanners=())
     start = Pose.planar(25.3, 3.0, math.radians(-12.0))
     simulation = Simulation(office, config=config, start=start)
-    robot = Robot(simulation, Localizer(prepare(office_cloud, cache=cache), simulation.mounts))
+    robot = Robot(
+        Drive(simulation), Localizer(prepare(office_cloud, cache=cache), simulation.mounts)
+    )
 
     def tick(forward: float, turn: float) -> TickRecord:
         request = VelocityRequest(Twist.planar(forward, turn), enabled=True)
@@ -138,7 +141,7 @@ def test_localiser_follows_wheels_that_come_ten_times_a_second(
     config = SimulationConfig(drive=DriveConfig(firmware=FirmwareConfig()))
     simulation = Simulation(office, config=config, seed=4)
     localizer = Localizer(prepare(office_cloud, cache=cache), simulation.mounts)
-    robot = Robot(simulation, localizer)
+    robot = Robot(Drive(simulation), localizer)
     start = simulation.truth().map_from_base
     inbox: list[InboxMessage] = [PoseHint("a", Hint(0, start, np.zeros((6, 6))))]
     errors, healths = [], set()
@@ -166,7 +169,9 @@ def test_every_scan_of_a_mirror_faster_than_the_ticks_is_published(
     """An LMS-200 at 0.5 deg ends 75 half scans a second; ticks are 50."""
     scanners = sensor_suite("sick_lms200").scanners
     simulation = Simulation(office, config=SimulationConfig(scanners=scanners))
-    robot = Robot(simulation, Localizer(prepare(office_cloud, cache=cache), simulation.mounts))
+    robot = Robot(
+        Drive(simulation), Localizer(prepare(office_cloud, cache=cache), simulation.mounts)
+    )
     found: dict[str, list[tuple[int, float]]] = {"/scan": [], "/scan_vertical": []}
     for _ in range(16):
         tick = robot.tick(simulation.stamp, [])
