@@ -6,7 +6,7 @@ In real time each process builds its part: ``build_drive`` control's, ``Gateway`
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection
+from collections.abc import Callable, Collection, Mapping
 from contextlib import nullcontext
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
@@ -30,10 +30,12 @@ from teleop.robot.serving.camera_choice import stepped_camera, without_camera
 from teleop.robot.serving.robot_options import slip_bursts
 from teleop.robot.serving.serve_config import ServeConfig
 from teleop.robot.stepped_robot import SteppedRobot
-from teleop.robot.topics.topic_table import latched_messages
+from teleop.robot.topics.message_parts import Message
+from teleop.robot.topics.topic_table import Interface, latched_messages
 from teleop.rosbridge.auth.authenticator import Authenticator
 
-if TYPE_CHECKING:  # imported only where there is an arm
+if TYPE_CHECKING:  # imported only where there is an arm, or a camera
+    from robot_sim.cameras import CameraModel
     from teleop.robot.arm_drive import ArmDrive
 
 
@@ -118,19 +120,9 @@ def build_stepped_robot(
     localizer = Localizer(prepared, simulation.mounts, stage=stage)
     robot = Robot(drive, localizer, stage=stage)
     stepped: SteppedRobot | None = None
-    world, mounts, arm = simulation.world, simulation.mounts, ArmFit.of(parts.world)
     gateway = Gateway(
         config,
-        lambda camera: latched_messages(
-            cloud,
-            world.robot,
-            mounts,
-            run_id,
-            drive=simulation.config.drive,
-            places=world.places,
-            camera=camera,
-            arm=arm,
-        ),
+        lambda camera: latched_of(simulation, cloud, run_id, camera),
         lambda: 0 if stepped is None else stepped.stamp,
         undo_memory=localizer.config.undo_memory,
         scene=simulation.world.name,
@@ -141,10 +133,27 @@ def build_stepped_robot(
         authenticator=authenticator,
         link=link,
         hidden=hidden,
-        arm=arm,
+        arm=ArmFit.of(parts.world),
     )
     stepped = SteppedRobot(robot, gateway)
     return stepped
+
+
+def latched_of(
+    simulation: Simulation, cloud: Cloud, run_id: str = "", camera: CameraModel | None = None
+) -> Mapping[Interface, Message]:
+    """Return what a robot publishes once: of its map, with an identity of this run and its camera."""
+    world = simulation.world
+    return latched_messages(
+        cloud,
+        world.robot,
+        simulation.mounts,
+        run_id,
+        drive=simulation.config.drive,
+        places=world.places,
+        camera=camera,
+        arm=ArmFit.of(world),
+    )
 
 
 def _arm(parts: RobotParts, simulation: Simulation, safety: Safety) -> ArmDrive | None:
