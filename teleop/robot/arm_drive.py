@@ -71,18 +71,18 @@ class ArmDrive:
                     safety.arm.stop("paused by its client")
                     control.halt("paused by its client")
             case Cancel():
-                control.cancel(client, wish.number)
+                control.desk.cancel(client, wish.number)
             case Answered():
-                control.answered(wish.number)
+                control.desk.answered(wish.number)
             case Alive():
                 safety.arm_alive(client, message.arrival, now)
-                control.alive(client, _arrival(message, now), message.age)
+                control.desk.alive(client, _arrival(message, now), message.age)
             case _:
                 refusal = safety.admit_arm_goal(client, message.age, now)
                 if refusal is None:
                     control.begin(client, wish, now, message.age)
                 else:
-                    control.refuse(client, wish, refusal)
+                    control.desk.refuse(client, wish, refusal)
         # What others are refused is nothing that the driver's hand should feel.
         if why is not None and safety.controller in ("", client):
             control.note_refusal()
@@ -96,7 +96,7 @@ class ArmDrive:
 
     def disconnected(self, client: str) -> None:
         """Note that a client has left."""
-        self._control.disconnected(client)
+        self._control.desk.disconnected(client)
 
     def server_lost(self) -> None:
         """Note that what connects the clients has stopped."""

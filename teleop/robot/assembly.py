@@ -163,9 +163,7 @@ def _arm(parts: RobotParts, simulation: Simulation, safety: Safety) -> ArmDrive 
     require("daqp", "the arm")
     require("ruckig", "the arm")
     from teleop.robot.arm.arm_settings import ArmSettings
-    from teleop.robot.arm.goal_desk import Patience
     from teleop.robot.arm_drive import ArmDrive
 
-    config = safety.config
-    patience = Patience(config.watchdog, config.stale.refuse or config.lease, config.tick)
-    return ArmDrive(simulation, safety, ArmSettings(parts.arm_speed, patience=patience))
+    settings = ArmSettings(parts.arm_speed, patience=safety.config.patience)
+    return ArmDrive(simulation, safety, settings)
