@@ -18,7 +18,7 @@ from teleop.robot.world_control.answers import Answer, Request, answered
 from teleop.robot.world_control.entity_services import EntityServices
 from teleop.robot.world_control.results import Code, ControlError, Scope, State
 from teleop.robot.world_control.simulated_entities import SimulatedWorld
-from teleop.robot.world_control.state_services import StateServices
+from teleop.robot.world_control.state_services import StateServices, world_resource
 
 _OF_ENTITIES: Final = (
     *("GetEntities", "SetEntityState", "SpawnEntity", "DeleteEntity"),
@@ -126,13 +126,7 @@ class Playground(SimulatedWorld):
             self._hints.append(PoseHint("", Hint(0, self._start, np.zeros((6, 6)))))
 
     def _worlds(self, request: Request) -> Request:
-        resources = [(name, {"uri": name, "resource_string": ""}) for name in scene_names()]
-        return {
-            "worlds": [
-                {"name": name, "world_resource": uri, "description": "", "tags": []}
-                for name, uri in resources
-            ]
-        }
+        return {"worlds": [world_resource(name) for name in scene_names()]}
 
     def _slip(self, request: Request) -> Request:
         seconds, factor = float(request["seconds"]), float(request["factor"])

@@ -13,7 +13,7 @@ from teleop.pictures.picture_hub import PictureHub
 from teleop.robot.audit.audit_log import AuditLog
 from teleop.robot.clients.whoami_service import may_drive
 from teleop.robot.serving.serve_config import ServeConfig
-from teleop.robot.tick_record import DriveRecord, EstimateRecord, TickRecord
+from teleop.robot.tick_record import DriveRecord, EstimateRecord
 from teleop.robot.topics.message_parts import Message
 from teleop.robot.topics.topic_table import MAP_INFO, Interface
 from teleop.robot.video.pose_memory import PoseMemory
@@ -103,11 +103,6 @@ class RobotVideo:
     def estimated(self, tick: EstimateRecord) -> None:
         """Note where the robot is."""
         self._poses.estimated(tick)
-
-    def ticked(self, tick: TickRecord) -> None:
-        """Note both."""
-        self.driven(tick.drive)
-        self.estimated(tick.estimation)
 
     async def start(self) -> str:
         """Listen on the further port, and announce the streams; the robot's server has started.

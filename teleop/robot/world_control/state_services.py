@@ -64,12 +64,10 @@ class StateServices:
         return {}
 
     def _world(self, request: Request) -> Request:
-        name = self._control.name
-        return {
-            "world": {
-                "name": name,
-                "world_resource": {"uri": name, "resource_string": ""},
-                "description": "",
-                "tags": [],
-            }
-        }
+        return {"world": world_resource(self._control.name)}
+
+
+def world_resource(name: str) -> Request:
+    """Return the ``WorldResource`` of a world."""
+    resource = {"uri": name, "resource_string": ""}
+    return {"name": name, "world_resource": resource, "description": "", "tags": []}

@@ -123,12 +123,3 @@ def test_a_wrong_recording_is_refused_by_its_line(tmp_path: Path, text: str, rea
 def test_a_recording_that_is_not_there_is_named() -> None:
     with pytest.raises(SettingError, match=r"trips=nowhere\.csv: No such file"):
         LinkConfig.parse(("trips=nowhere.csv",))
-
-
-def test_a_link_that_changes_keeps_what_is_on_its_way_and_the_order() -> None:
-    link = LinkEmulation(LinkConfig.parse(("delay=0.5",)))
-    assert link.arrival(1, 100, 0) == SECOND // 2
-    link.change(LinkConfig.parse(("delay=0.1",)), SECOND // 10)
-    assert link.arrival(1, 100, SECOND // 10) == SECOND // 2, "not before the frame ahead of it"
-    assert link.arrival(1, 100, SECOND) == SECOND + SECOND // 10
-    assert link.arrival(2, 100, SECOND) == SECOND + SECOND // 10, "newcomers meet it as well"
