@@ -9,14 +9,12 @@ import pytest
 
 from localization.geometry import FloatArray, rotation_from_euler, so3_exp
 from localization.types import SECOND, Pose
-from robot_sim.arm.arm_table import load_arm
-from robot_sim.arm.kinematics import Kinematics
 from teleop.robot.arm.arm_commands import Hand
 from teleop.robot.arm.hand import Clutch, Grip, heading
 from teleop.robot.arm.reach import Target
+from tests.teleop.robot.arm.support import READY_TIP as TIP
 
 TICK = SECOND // 50
-TIP = Kinematics(load_arm()).tip(load_arm().poses["ready"])
 TURNED_MOUNT = Pose.from_euler((0.3, 0.0, 0.2), yaw=np.pi / 2)
 """The arm looks to the left of the vehicle."""
 
