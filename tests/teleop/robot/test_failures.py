@@ -29,6 +29,7 @@ from teleop.scenario.referee.outcome import ExitStatus
 from teleop.scenario.session.run import run_scenario
 from teleop.scenario.session.station import COMMAND
 from teleop.scenario.tour.options import TourOptions, tour_scenario
+from tests.teleop.robot.served_robots import meeting
 from tests.teleop.support import (
     ROOT,
     InRealTime,
@@ -86,11 +87,7 @@ async def at_full_speed(driver: Peer) -> None:
 
 @in_a_loop
 async def test_garbage_from_another_client_does_not_disturb_the_driver(robots: Robots) -> None:
-    async with (
-        robots() as rig,
-        peer(rig.server.url) as driver,
-        peer(rig.server.url) as rude,
-    ):
+    async with meeting(robots(), 2) as (_, (driver, rude)):
         await at_full_speed(driver)
         for frame in GARBAGE:
             await rude.say(frame)

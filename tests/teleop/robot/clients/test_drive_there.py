@@ -6,7 +6,8 @@ from typing import Any
 
 import pytest
 
-from tests.teleop.support import Peer, Robots, in_a_loop, peer
+from tests.teleop.robot.served_robots import meeting
+from tests.teleop.support import Peer, Robots, in_a_loop
 
 
 async def ask_for(client: Peer, identity: str, **values: object) -> None:
@@ -34,11 +35,7 @@ def results(client: Peer) -> dict[str, dict[str, Any]]:
 @pytest.mark.slow
 @in_a_loop
 async def test_arc_is_driven_with_feedback_and_ends_with_the_reason(robots: Robots) -> None:
-    async with (
-        robots(guard=True) as rig,
-        peer(rig.server.url) as client,
-        peer(rig.server.url) as other,
-    ):
+    async with meeting(robots(guard=True), 2) as (_, (client, other)):
         await client.subscribe("/teleop/state", "/drive_limits")
         await ask_for(client, "done", distance=0.5, angle=0.5)
         await hold(client, 4.0)

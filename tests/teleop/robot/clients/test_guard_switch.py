@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import pytest
 
-from tests.teleop.support import Robots, arm, in_a_loop, peer
+from tests.teleop.robot.served_robots import meeting
+from tests.teleop.support import Robots, arm, in_a_loop
 
 
 @pytest.mark.slow
@@ -12,11 +13,7 @@ from tests.teleop.support import Robots, arm, in_a_loop, peer
 async def test_only_the_driver_switches_the_guard_off_and_everybody_sees_by_whom(
     robots: Robots,
 ) -> None:
-    async with (
-        robots(guard=True) as rig,
-        peer(rig.server.url) as driver,
-        peer(rig.server.url) as other,
-    ):
+    async with meeting(robots(guard=True), 2) as (_, (driver, other)):
         await other.subscribe("/teleop/guard")
         await other.subscribe("/teleop/state")
         await arm(driver)

@@ -28,7 +28,7 @@ from teleop.robot.world_control.spares import SPARE_BOXES, SPARE_PEOPLE
 from teleop.ros_types import registry
 from teleop.rosbridge import Client
 from teleop.rosbridge.errors import ServiceCallError
-from tests.teleop.robot.served_robots import DRIVER, VIEWER, tokens
+from tests.teleop.robot.served_robots import DRIVER, VIEWER, audited, signed_in
 from tests.teleop.support import InRealTime, in_a_loop
 
 NEUTRAL = DriveCommand("anna", VelocityRequest(Twist.planar(0.0, 0.0), enabled=True))
@@ -179,15 +179,11 @@ def test_playground_in_lockstep_is_refused() -> None:
 async def test_operator_plays_over_the_wire_and_a_viewer_does_not(
     in_real_time: InRealTime, tmp_path: Path
 ) -> None:
-    record, audit = tmp_path / "run.mcap", tmp_path / "audit.jsonl"
-    config = ServeConfig(
-        port=0, playground=True, tokens=tokens(tmp_path), record=record, audit=audit
+    record = tmp_path / "run.mcap"
+    played_with = signed_in(
+        in_real_time, tmp_path, DRIVER, VIEWER, port=0, playground=True, record=record
     )
-    async with (
-        in_real_time(config) as address,
-        Client(address.url, token=DRIVER, registry=registry()) as driver,
-        Client(address.url, token=VIEWER, registry=registry()) as viewer,
-    ):
+    async with played_with as (_, (driver, viewer)):
         assert (await driver.call("/teleop/session"))["may_play"]
         assert not (await viewer.call("/teleop/session"))["may_play"]
         with pytest.raises(ServiceCallError, match="role view may not call"):
@@ -202,8 +198,7 @@ async def test_operator_plays_over_the_wire_and_a_viewer_does_not(
         wrong = await driver.call("/playground/link", {"settings": ["speed=1"]})
         assert "'speed=1' is no setting" in wrong["message"]
         assert (await driver.call("/playground/link", {"settings": []}))["success"]
-    lines = [json.loads(line) for line in audit.read_text().splitlines()]
-    played = [line for line in lines if line["what"] == "playground"]
+    played = [line for line in audited(tmp_path) if line["what"] == "playground"]
     assert [line["service"] for line in played[:2]] == ["SetEntityState", "PlaygroundLink"]
     assert {line["holder"] for line in played} == {"driver"}
     assert b"/playground/calls" in record.read_bytes()
