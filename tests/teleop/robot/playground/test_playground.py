@@ -36,6 +36,20 @@ FULL = DriveCommand("anna", VelocityRequest(Twist.planar(0.7, 0.0), enabled=True
 ELSEWHERE = Pose.from_euler(np.array([22.0, 3.0, 0.0]), yaw=np.pi)
 
 
+def moved(pose: Pose) -> dict[str, object]:
+    """Return a request that moves the robot."""
+    nothing = {part: {"x": 0.0, "y": 0.0, "z": 0.0} for part in ("linear", "angular")}
+    header = {"stamp": {"sec": 0, "nanosec": 0}, "frame_id": "map"}
+    state = {
+        "header": header,
+        "pose": pose_to_dict(pose),
+        "twist": nothing,
+        "acceleration": nothing,
+    }
+    parts = {f"set_{part}": part == "pose" for part in ("pose", "twist", "acceleration")}
+    return {"entity": "robot", "state": state, **parts}
+
+
 class Played:
     """A robot with a playground, without server and localiser."""
 
@@ -56,20 +70,6 @@ class Played:
         (answer,) = tick.world_answers
         assert answer.number == number
         return answer.response
-
-    def state(self, pose: Pose) -> dict[str, object]:
-        nothing = {part: {"x": 0.0, "y": 0.0, "z": 0.0} for part in ("linear", "angular")}
-        header = {"stamp": {"sec": 0, "nanosec": 0}, "frame_id": "map"}
-        return {
-            "entity": "robot",
-            "state": {
-                "header": header,
-                "pose": pose_to_dict(pose),
-                "twist": nothing,
-                "acceleration": nothing,
-            },
-            **{f"set_{part}": part == "pose" for part in ("pose", "twist", "acceleration")},
-        }
 
     @property
     def x(self) -> float:
@@ -93,10 +93,10 @@ def wheels(readings: Sequence[object]) -> float:
 
 def test_robot_is_carried_and_reset_brings_it_back_with_the_pose_it_knows(played: Played) -> None:
     start = played.x
-    assert played.call("SetEntityState", **played.state(ELSEWHERE))["result"]["result"] == 1
+    assert played.call("SetEntityState", **moved(ELSEWHERE))["result"]["result"] == 1
     assert played.x == pytest.approx(22.0, abs=0.01)
     wall = Pose.from_euler(np.array([-50.0, 3.0, 0.0]), yaw=0.0)
-    refused = played.call("SetEntityState", **played.state(wall))
+    refused = played.call("SetEntityState", **moved(wall))
     assert "is off the floor" in refused["result"]["error_message"]
     tick = played.tick(WorldCall("anna", 99, "ResetSimulation", json.dumps({"scope": 6})))
     assert played.x == pytest.approx(start, abs=0.01)
