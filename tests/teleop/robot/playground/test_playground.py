@@ -12,12 +12,11 @@ import numpy as np
 import pytest
 
 from localization.logs.ros_geometry import pose_to_dict
-from localization.types import Hint, Pose, Twist, WheelSpeeds
+from localization.types import Hint, Pose, WheelSpeeds
 from robot_sim import Simulation, World
 from teleop.errors import SettingError
-from teleop.joystick import VelocityRequest
 from teleop.robot.drive import Drive
-from teleop.robot.inbox import DriveCommand, EStop, InboxMessage, PoseHint, WorldCall
+from teleop.robot.inbox import EStop, InboxMessage, PoseHint, WorldCall
 from teleop.robot.playground.playground import Playground, WorldChoice
 from teleop.robot.served_scene import NextRobot, anew
 from teleop.robot.serving.address import Address
@@ -29,10 +28,10 @@ from teleop.ros_types import registry
 from teleop.rosbridge import Client
 from teleop.rosbridge.errors import ServiceCallError
 from tests.teleop.robot.served_robots import DRIVER, VIEWER, audited, signed_in
+from tests.teleop.robot.sticks import stick
 from tests.teleop.support import InRealTime, in_a_loop
 
-NEUTRAL = DriveCommand("anna", VelocityRequest(Twist.planar(0.0, 0.0), enabled=True))
-FULL = DriveCommand("anna", VelocityRequest(Twist.planar(0.7, 0.0), enabled=True))
+NEUTRAL, FULL = stick("anna", 0.0), stick("anna", 0.7)
 ELSEWHERE = Pose.from_euler(np.array([22.0, 3.0, 0.0]), yaw=np.pi)
 
 

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import pytest
 
-from localization.types import SECOND, Twist
-from teleop.joystick import VelocityRequest
+from localization.types import SECOND
 from teleop.robot.inbox import DriveCommand, EStop, EStopReset
 from teleop.robot.safety.arming import ZERO_FIRST, ZERO_OR_PAUSE
 from teleop.robot.safety.control_state import ControlMode
 from teleop.robot.safety.safety import Safety
 from tests.teleop.robot.safety.test_safety import idle, moving
+from tests.teleop.robot.sticks import stick
 
 MS = SECOND // 1000
 
@@ -18,8 +18,7 @@ MS = SECOND // 1000
 def twist(
     client: str = "a", forward: float = 0.4, *, at: int, rested: bool = False
 ) -> DriveCommand:
-    request = VelocityRequest(Twist.planar(forward, 0.0), enabled=True)
-    return DriveCommand(client, request, arrival=at, stream=True, rested=rested)
+    return stick(client, forward, arrival=at, stream=True, rested=rested)
 
 
 def say(robot: Safety, command: DriveCommand) -> str | None:
@@ -91,10 +90,7 @@ def test_pause_over_a_working_link_lets_a_stopped_stream_drive_again() -> None:
 
 def test_stick_must_be_neutral_however_long_it_paused() -> None:
     robot = idle()
-    stick = DriveCommand(
-        "a", VelocityRequest(Twist.planar(0.4, 0.0), enabled=True), arrival=0, rested=True
-    )
-    assert robot.request(stick, 0) == "send a neutral stick first"
+    assert robot.request(stick("a", 0.4, arrival=0, rested=True), 0) == "send a neutral stick first"
 
 
 def test_all_clients_are_forgotten_when_the_server_is_lost() -> None:
