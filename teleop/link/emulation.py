@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import Final, Protocol as Interface
 
 from teleop.errors import SettingError
-from teleop.link.profiles import Profile, load_profile
+from teleop.link.profiles import Figures, load_profile
 from teleop.link.recorded_trips import RecordedDelay, read_trips
 from teleop.rosbridge.protocol.connection import Connection
 from teleop.rosbridge.protocol.frame_delay import FrameDelay
@@ -46,7 +46,7 @@ class Course(Interface):
         return time
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, slots=True)
 class Direction(Course):
     """How a link treats the messages of one direction."""
 
@@ -68,7 +68,7 @@ class Direction(Course):
     """Time from the client's connection to the blackout [s]."""
 
     def __post_init__(self) -> None:
-        for setting in fields(self):
+        for setting in fields(Direction):
             value = getattr(self, setting.name)
             most = 1e9 if setting.name == "rate" else 1e6
             if not 0.0 <= value < most:
@@ -126,7 +126,10 @@ class LinkConfig:
     def courses(self) -> tuple[Course, Course]:
         """The courses to the robot and from it."""
         ways = (self.up, self.up_trips), (self.down, self.down_trips)
-        up, down = (one if trips is None else RecordedCourse(one, trips) for one, trips in ways)
+        up, down = (
+            one if trips is None else RecordedCourse(**asdict(one), trips=trips)
+            for one, trips in ways
+        )
         return up, down
 
     @classmethod
@@ -139,14 +142,16 @@ class LinkConfig:
         Raises:
             SettingError: If a word is no setting; the message lists those there are.
         """
-        profile = Profile()
+        up: Figures = {}
+        down: Figures = {}
         values: dict[str, dict[str, float]] = {"up": {}, "down": {}}
+        recorded: Path | None = None
         trips: Path | None = None
         seed = 0
         for word in words:
             key, equals, text = word.partition("=")
             if not equals:
-                profile = load_profile(word)
+                up, down, recorded = load_profile(word)
             elif key == "trips":
                 trips = Path(text)
             elif key == "seed":
@@ -154,13 +159,13 @@ class LinkConfig:
             else:
                 for direction in _directions(key, word):
                     values[direction][key.rpartition(".")[2]] = _number(word, text)
-        up_trips, down_trips = (None, None) if trips is None else read_trips(trips)
+        trips = trips or recorded
+        delays = (None, None) if trips is None else read_trips(trips)
         return cls(
-            Direction(**{**profile.up, **values["up"]}),
-            Direction(**{**profile.down, **values["down"]}),
+            Direction(**{**up, **values["up"]}),
+            Direction(**{**down, **values["down"]}),
             seed,
-            up_trips or profile.up_trips,
-            down_trips or profile.down_trips,
+            *delays,
         )
 
 
@@ -183,25 +188,24 @@ def _directions(key: str, word: str) -> tuple[str, ...]:
     )
 
 
+@dataclass(frozen=True)
 class RecordedCourse(Direction):
     """A direction whose delay is that of its settings and of a recording together."""
 
-    def __init__(self, direction: Direction, trips: RecordedDelay) -> None:
-        """Add the delays of a recording to those of a direction."""
-        super().__init__(**asdict(direction))
-        self._trips = trips
+    trips: RecordedDelay = field(kw_only=True)
+    """The recording."""
 
     def open_at(self, time: int) -> int:
         """Return the first time at or after ``time`` at which both take messages."""
         while True:
-            opened = self._trips.at(super().open_at(time))[0]
+            opened = self.trips.at(super().open_at(time))[0]
             if opened == super().open_at(opened):
                 return opened
             time = opened
 
     def delay_at(self, time: int) -> float:
         """Return the time that a message takes that enters at ``time`` [s]."""
-        return super().delay_at(time) + self._trips.at(time)[1]
+        return super().delay_at(time) + self.trips.at(time)[1]
 
 
 class _Line:

@@ -26,6 +26,7 @@ from teleop.robot.arm.arm_control import ArmControl
 from teleop.robot.arm.arm_fit import ArmFit
 from teleop.robot.arm.arm_settings import ArmSettings, Permit
 from teleop.robot.arm.arm_state import ArmState
+from teleop.robot.arm.goal_results import GoalOutcome
 from teleop.robot.guard.outline import Box
 from teleop.robot.inbox import ArmWish
 from teleop.robot.safety.safety import Safety
@@ -92,7 +93,7 @@ class ArmDrive:
         """Stop whatever moves the arm; everybody must show that they know before they move it again."""
         if self._control.busy:
             self._safety.arm.stop(reason)
-            self._control.block(reason)
+            self._control.halt(reason, GoalOutcome.BLOCKED)
 
     def disconnected(self, client: str) -> None:
         """Note that a client has left."""

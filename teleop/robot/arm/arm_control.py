@@ -124,13 +124,13 @@ class ArmControl:
         self._refused = True
         self._rumble.refused()
 
-    def halt(self, reason: str) -> None:
-        """Stop and hold, whatever moves the arm."""
-        self._end(reason, GoalOutcome.CANCELLED)
-
-    def block(self, reason: str) -> None:
-        """Stop and hold for something in the way."""
-        self._end(reason, GoalOutcome.BLOCKED)
+    def halt(self, reason: str, outcome: GoalOutcome = GoalOutcome.CANCELLED) -> None:
+        """Stop and hold, whatever moves the arm; a goal ends with the outcome."""
+        self.desk.end_arm(outcome, reason)
+        self._stream, self._client = None, ""
+        self._gripper.let_go()
+        self._hand.reset()
+        self._mode, self._reason = ArmMode.HELD, reason
 
     def confirm(self, client: str, held: bool, arrival: int) -> None:
         """Note that the driver confirms a motion that runs only while it does, or does not any more."""
@@ -138,7 +138,7 @@ class ArmControl:
 
     def server_lost(self) -> None:
         """Stop; the gateway has ended, and with it all its clients."""
-        self._end("the server has ended", GoalOutcome.SILENT)
+        self.halt("the server has ended", GoalOutcome.SILENT)
         self.desk.forget()
 
     # What the arm does
@@ -279,7 +279,7 @@ class ArmControl:
     def _give_way(self) -> None:
         """Bring joints that bear too much past where they are, and end what moved the arm."""
         moved = self.busy
-        self._end(self._load.words, GoalOutcome.BLOCKED)
+        self.halt(self._load.words, GoalOutcome.BLOCKED)
         if moved:
             self.stopped = self._load.words
         giving = np.array(self._load.giving_way)
@@ -321,14 +321,6 @@ class ArmControl:
     def _end_grip(self, outcome: GoalOutcome, message: str) -> None:
         self._gripper.stop()
         self.desk.end_gripper(outcome, message, self._gripper.grip)
-
-    def _end(self, reason: str, outcome: GoalOutcome) -> None:
-        """End whatever moves the arm."""
-        self.desk.end_arm(outcome, reason)
-        self._stream, self._client = None, ""
-        self._gripper.let_go()
-        self._hand.reset()
-        self._mode, self._reason = ArmMode.HELD, reason
 
 
 def _pose(matrix: FloatArray) -> Pose:
