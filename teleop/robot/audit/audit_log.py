@@ -286,7 +286,7 @@ def _rounded(values: np.ndarray[Any, Any]) -> list[float]:
 
 
 def _numbers(hint: Hint) -> list[float]:
-    """Return what tells hints apart, whatever process holds them, and whenever they applied."""
+    """Return the numbers by which hints are compared, whatever process holds them."""
     pose = hint.map_from_base
     parts = (pose.position, pose.quaternion_wxyz, hint.covariance)
     return [number for part in parts for number in part.ravel().tolist()]
