@@ -31,6 +31,7 @@ from robot_sim.cameras import camera_named
 from teleop.joystick import VelocityRequest
 from teleop.pictures.picture import PictureFormat
 from teleop.robot.cameras.stepped_camera import SteppedCamera
+from teleop.robot.drive import Drive
 from teleop.robot.inbox import DriveCommand, InboxMessage, PoseHint
 from teleop.robot.real_time.control_process import ControlProcess
 from teleop.robot.robot import Robot
@@ -192,7 +193,7 @@ def _stepped(formats: frozenset[PictureFormat] | None) -> float:
     """Return the CPU time of a drive [s]."""
     simulation = Simulation(load_world("office"), seed=0)
     cloud = load_scene_cloud("office")
-    robot = Robot(simulation, Localizer(prepare(cloud, cache=None), simulation.mounts))
+    robot = Robot(Drive(simulation), Localizer(prepare(cloud, cache=None), simulation.mounts))
     draw: Callable[[int], Any] = lambda stamp: None  # noqa: E731
     if formats is not None:
         server = Server(Protocol(registry()), port=0, clock=lambda: simulation.stamp, lockstep=True)

@@ -12,6 +12,7 @@ from localization.types import SECOND, Health, Pose, Twist
 from robot_sim import TICK_NS, Simulation
 from teleop.joystick import VelocityRequest
 from teleop.prediction.predicted_motion import Command, Motion
+from teleop.robot.drive import Drive
 from teleop.robot.guard.guard import Guard
 from teleop.robot.inbox import DriveCommand, InboxMessage, PoseHint
 from teleop.robot.robot import Robot
@@ -56,7 +57,7 @@ def drive(scene: str, seed: int, *, keys: bool) -> list[Moment]:
     simulation = Simulation(world, seed=seed)
     localizer = Localizer(map_of(scene), simulation.mounts)
     guard = Guard(world.robot, simulation.mounts, simulation.config.drive)
-    robot, driver = Robot(simulation, localizer, guard=guard), TourDriver(world.tour)
+    robot, driver = Robot(Drive(simulation, guard=guard), localizer), TourDriver(world.tour)
     moments: list[Moment] = []
     wanted = Twist.planar(0.0, 0.0)
     for tick in range(round(SECONDS * SECOND / TICK_NS)):

@@ -9,12 +9,12 @@ from __future__ import annotations
 import random
 from abc import abstractmethod
 from collections.abc import Collection
-from dataclasses import dataclass, field, fields
+from dataclasses import asdict, dataclass, field, fields
 from pathlib import Path
 from typing import Final, Protocol as Interface
 
 from teleop.errors import SettingError
-from teleop.link.profiles import Profile, load_profile
+from teleop.link.profiles import Figures, load_profile
 from teleop.link.recorded_trips import RecordedDelay, read_trips
 from teleop.rosbridge.protocol.connection import Connection
 from teleop.rosbridge.protocol.frame_delay import FrameDelay
@@ -26,8 +26,28 @@ _LARGEST_STEP: Final = 1000
 """Largest frame that is searched for the name of the clock's service [bytes]."""
 
 
+class Course(Interface):
+    """How one direction of a link treats messages in the course of time; all times are in [ns]."""
+
+    def open_at(self, time: int) -> int:
+        """Return the first time at or after ``time`` at which it takes messages."""
+
+    def carried(self, start: int, size: int) -> int:
+        """Return when a message of a size [bytes] is on the link whose first byte is at ``start``."""
+
+    def delay_at(self, time: int) -> float:
+        """Return the time that a message takes that enters at ``time`` [s]."""
+
+    def jitter_at(self, time: int) -> float:
+        """Return the largest additional delay of a message that enters at ``time`` [s]."""
+
+    def through(self, time: int) -> int:
+        """Return when a message comes out whose way ends at ``time``; unless said otherwise nothing stops it."""
+        return time
+
+
 @dataclass(frozen=True, slots=True)
-class Direction:
+class Direction(Course):
     """How a link treats the messages of one direction."""
 
     delay: float = 0.0
@@ -48,7 +68,7 @@ class Direction:
     """Time from the client's connection to the blackout [s]."""
 
     def __post_init__(self) -> None:
-        for setting in fields(self):
+        for setting in fields(Direction):
             value = getattr(self, setting.name)
             most = 1e9 if setting.name == "rate" else 1e6
             if not 0.0 <= value < most:
@@ -81,10 +101,6 @@ class Direction:
         """Return the largest additional delay of a message that enters at ``time`` [s]."""
         return self.jitter
 
-    def through(self, time: int) -> int:
-        """Return when a message comes out whose way ends at ``time`` [ns]; nothing stops it on its way."""
-        return time
-
 
 _NAMES: Final = tuple(setting.name for setting in fields(Direction))
 _BOTH: Final = ("up", "down")
@@ -110,7 +126,10 @@ class LinkConfig:
     def courses(self) -> tuple[Course, Course]:
         """The courses to the robot and from it."""
         ways = (self.up, self.up_trips), (self.down, self.down_trips)
-        up, down = (one if trips is None else RecordedCourse(one, trips) for one, trips in ways)
+        up, down = (
+            one if trips is None else RecordedCourse(**asdict(one), trips=trips)
+            for one, trips in ways
+        )
         return up, down
 
     @classmethod
@@ -123,14 +142,16 @@ class LinkConfig:
         Raises:
             SettingError: If a word is no setting; the message lists those there are.
         """
-        profile = Profile()
+        up: Figures = {}
+        down: Figures = {}
         values: dict[str, dict[str, float]] = {"up": {}, "down": {}}
+        recorded: Path | None = None
         trips: Path | None = None
         seed = 0
         for word in words:
             key, equals, text = word.partition("=")
             if not equals:
-                profile = load_profile(word)
+                up, down, recorded = load_profile(word)
             elif key == "trips":
                 trips = Path(text)
             elif key == "seed":
@@ -138,13 +159,13 @@ class LinkConfig:
             else:
                 for direction in _directions(key, word):
                     values[direction][key.rpartition(".")[2]] = _number(word, text)
-        up_trips, down_trips = (None, None) if trips is None else read_trips(trips)
+        trips = trips or recorded
+        delays = (None, None) if trips is None else read_trips(trips)
         return cls(
-            Direction(**{**profile.up, **values["up"]}),
-            Direction(**{**profile.down, **values["down"]}),
+            Direction(**{**up, **values["up"]}),
+            Direction(**{**down, **values["down"]}),
             seed,
-            up_trips or profile.up_trips,
-            down_trips or profile.down_trips,
+            *delays,
         )
 
 
@@ -167,55 +188,24 @@ def _directions(key: str, word: str) -> tuple[str, ...]:
     )
 
 
-class Course(Interface):
-    """How one direction of a link treats messages in the course of time; all times are in [ns]."""
-
-    def open_at(self, time: int) -> int:
-        """Return the first time at or after ``time`` at which it takes messages."""
-
-    def carried(self, start: int, size: int) -> int:
-        """Return when a message of a size [bytes] is on the link whose first byte is at ``start``."""
-
-    def delay_at(self, time: int) -> float:
-        """Return the time that a message takes that enters at ``time`` [s]."""
-
-    def jitter_at(self, time: int) -> float:
-        """Return the largest additional delay of a message that enters at ``time`` [s]."""
-
-    def through(self, time: int) -> int:
-        """Return when a message comes out whose way ends at ``time``."""
-
-
-@dataclass(frozen=True, slots=True)
-class RecordedCourse(Course):
+@dataclass(frozen=True)
+class RecordedCourse(Direction):
     """A direction whose delay is that of its settings and of a recording together."""
 
-    direction: Direction
-    trips: RecordedDelay
+    trips: RecordedDelay = field(kw_only=True)
+    """The recording."""
 
     def open_at(self, time: int) -> int:
         """Return the first time at or after ``time`` at which both take messages."""
         while True:
-            opened = self.trips.at(self.direction.open_at(time))[0]
-            if opened == self.direction.open_at(opened):
+            opened = self.trips.at(super().open_at(time))[0]
+            if opened == super().open_at(opened):
                 return opened
             time = opened
 
-    def carried(self, start: int, size: int) -> int:
-        """Return when a message of a size [bytes] is on the link whose first byte is at ``start``."""
-        return self.direction.carried(start, size)
-
     def delay_at(self, time: int) -> float:
         """Return the time that a message takes that enters at ``time`` [s]."""
-        return self.direction.delay_at(time) + self.trips.at(time)[1]
-
-    def jitter_at(self, time: int) -> float:
-        """Return the largest additional delay of a message that enters at ``time`` [s]."""
-        return self.direction.jitter_at(time)
-
-    def through(self, time: int) -> int:
-        """Return when a message comes out whose way ends at ``time``."""
-        return self.direction.through(time)
+        return super().delay_at(time) + self.trips.at(time)[1]
 
 
 class _Line:
@@ -227,10 +217,6 @@ class _Line:
         self._random, self._random_of_pings = random.Random(seed), random.Random(f"{seed} pings")
         self._free = begin
         self._last = begin
-
-    def follow(self, course: Course, begin: int) -> None:
-        """Take another course, which counts its time from ``begin`` [ns]; what is on the link stays on its way."""
-        self._course, self._begin = course, begin
 
     def free(self, now: int) -> int:
         """Return the time from which on another message can enter [ns]; ``now`` if it can at once."""
@@ -320,13 +306,6 @@ class LinkEmulation(EmulatedLinks):
         """
         super().__init__(seed=config.seed, clock_services=(clock_service,) if clock_service else ())
         self._config = config
-
-    def change(self, config: LinkConfig, now: int) -> None:
-        """Give all clients other settings from now [ns] on; the seed stays."""
-        self._config = config
-        for lines in self._lines.values():
-            for line, course in zip(lines, config.courses, strict=True):
-                line.follow(course, now)
 
     def _courses(self, client: int | str, now: int) -> tuple[Course, Course, int]:
         return *self._config.courses, now

@@ -4,24 +4,13 @@ from __future__ import annotations
 
 import tomllib
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from pathlib import Path
 
 from teleop.errors import SettingError
-from teleop.link.recorded_trips import RecordedDelay, read_trips
 from teleop.package_data import assets
 
-
-@dataclass(frozen=True, slots=True)
-class Profile:
-    """The figures of a link; this one has none."""
-
-    title: str = "no emulation"
-    up: Mapping[str, float] = field(default_factory=dict)
-    """Settings of ``Direction`` to the robot."""
-    down: Mapping[str, float] = field(default_factory=dict)
-    """The same from the robot."""
-    up_trips: RecordedDelay | None = None
-    down_trips: RecordedDelay | None = None
+Figures = Mapping[str, float]
+"""Settings of one ``Direction``."""
 
 
 def profile_names() -> list[str]:
@@ -29,8 +18,8 @@ def profile_names() -> list[str]:
     return sorted(file.stem for file in (assets() / "links").glob("*.toml"))
 
 
-def load_profile(name: str) -> Profile:
-    """Return a profile by its name.
+def load_profile(name: str) -> tuple[Figures, Figures, Path | None]:
+    """Return a profile's figures to the robot and from it, and the file of its recorded round trips, if it has one.
 
     Raises:
         SettingError: If there is none of that name.
@@ -42,5 +31,5 @@ def load_profile(name: str) -> Profile:
         )
     folder = assets() / "links"
     table = tomllib.loads((folder / f"{name}.toml").read_text(encoding="utf-8"))
-    trips = read_trips(folder / table["trips"]) if "trips" in table else (None, None)
-    return Profile(table["title"], table.get("up", {}), table.get("down", {}), *trips)
+    trips = folder / table["trips"] if "trips" in table else None
+    return table.get("up", {}), table.get("down", {}), trips

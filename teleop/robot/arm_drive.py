@@ -26,6 +26,7 @@ from teleop.robot.arm.arm_control import ArmControl
 from teleop.robot.arm.arm_fit import ArmFit
 from teleop.robot.arm.arm_settings import ArmSettings, Permit
 from teleop.robot.arm.arm_state import ArmState
+from teleop.robot.arm.goal_results import GoalOutcome
 from teleop.robot.guard.outline import Box
 from teleop.robot.inbox import ArmWish
 from teleop.robot.safety.safety import Safety
@@ -71,18 +72,18 @@ class ArmDrive:
                     safety.arm.stop("paused by its client")
                     control.halt("paused by its client")
             case Cancel():
-                control.cancel(client, wish.number)
+                control.desk.cancel(client, wish.number)
             case Answered():
-                control.answered(wish.number)
+                control.desk.answered(wish.number)
             case Alive():
                 safety.arm_alive(client, message.arrival, now)
-                control.alive(client, _arrival(message, now), message.age)
+                control.desk.alive(client, _arrival(message, now), message.age)
             case _:
                 refusal = safety.admit_arm_goal(client, message.age, now)
                 if refusal is None:
                     control.begin(client, wish, now, message.age)
                 else:
-                    control.refuse(client, wish, refusal)
+                    control.desk.refuse(client, wish, refusal)
         # What others are refused is nothing that the driver's hand should feel.
         if why is not None and safety.controller in ("", client):
             control.note_refusal()
@@ -92,11 +93,11 @@ class ArmDrive:
         """Stop whatever moves the arm; everybody must show that they know before they move it again."""
         if self._control.busy:
             self._safety.arm.stop(reason)
-            self._control.block(reason)
+            self._control.halt(reason, GoalOutcome.BLOCKED)
 
     def disconnected(self, client: str) -> None:
         """Note that a client has left."""
-        self._control.disconnected(client)
+        self._control.desk.disconnected(client)
 
     def server_lost(self) -> None:
         """Note that what connects the clients has stopped."""

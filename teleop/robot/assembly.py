@@ -6,7 +6,7 @@ In real time each process builds its part: ``build_drive`` control's, ``Gateway`
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection
+from collections.abc import Callable, Collection, Mapping
 from contextlib import nullcontext
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
@@ -30,10 +30,12 @@ from teleop.robot.serving.camera_choice import stepped_camera, without_camera
 from teleop.robot.serving.robot_options import slip_bursts
 from teleop.robot.serving.serve_config import ServeConfig
 from teleop.robot.stepped_robot import SteppedRobot
-from teleop.robot.topics.topic_table import latched_messages
+from teleop.robot.topics.message_parts import Message
+from teleop.robot.topics.topic_table import Interface, latched_messages
 from teleop.rosbridge.auth.authenticator import Authenticator
 
-if TYPE_CHECKING:  # imported only where there is an arm
+if TYPE_CHECKING:  # imported only where there is an arm, or a camera
+    from robot_sim.cameras import CameraModel
     from teleop.robot.arm_drive import ArmDrive
 
 
@@ -67,12 +69,16 @@ class RobotParts:
         )
 
 
-def build_drive(parts: RobotParts) -> Drive:
-    """Return the drive, as control runs it."""
-    simulation = _simulation(parts)
-    safety = _safety(parts, simulation)
-    arm, guard = _arm(parts, simulation, safety), _guard(parts, simulation)
-    return Drive(simulation, safety, arm=arm, guard=guard)
+def build_drive(parts: RobotParts, stage: Stages = lambda _: nullcontext()) -> Drive:
+    """Return the drive, as control runs it; ``stage`` measures the stages of a tick."""
+    simulation = Simulation(
+        parts.world, seed=parts.seed, config=parts.simulation, start=parts.start
+    )
+    safety = Safety(SpeedLimits.of(simulation.config.drive), parts.safety)
+    guard = None
+    if parts.guard and simulation.mounts:
+        guard = Guard(simulation.world.robot, simulation.mounts, simulation.config.drive)
+    return Drive(simulation, safety, arm=_arm(parts, simulation, safety), guard=guard, stage=stage)
 
 
 def build_stepped_robot(
@@ -109,31 +115,14 @@ def build_stepped_robot(
         AuditError: If the audit log cannot be written.
         CameraError: If there is no camera of that name.
     """
-    simulation = _simulation(parts)
+    drive = build_drive(parts, stage)
+    simulation = drive.simulation
     localizer = Localizer(prepared, simulation.mounts, stage=stage)
-    safety = _safety(parts, simulation)
-    robot = Robot(
-        simulation,
-        localizer,
-        safety,
-        arm=_arm(parts, simulation, safety),
-        guard=_guard(parts, simulation),
-        stage=stage,
-    )
+    robot = Robot(drive, localizer, stage=stage)
     stepped: SteppedRobot | None = None
-    world, mounts, arm = simulation.world, simulation.mounts, ArmFit.of(parts.world)
     gateway = Gateway(
         config,
-        lambda camera: latched_messages(
-            cloud,
-            world.robot,
-            mounts,
-            run_id,
-            drive=simulation.config.drive,
-            places=world.places,
-            camera=camera,
-            arm=arm,
-        ),
+        lambda camera: latched_of(simulation, cloud, run_id, camera),
         lambda: 0 if stepped is None else stepped.stamp,
         undo_memory=localizer.config.undo_memory,
         scene=simulation.world.name,
@@ -144,24 +133,27 @@ def build_stepped_robot(
         authenticator=authenticator,
         link=link,
         hidden=hidden,
-        arm=arm,
+        arm=ArmFit.of(parts.world),
     )
     stepped = SteppedRobot(robot, gateway)
     return stepped
 
 
-def _simulation(parts: RobotParts) -> Simulation:
-    return Simulation(parts.world, seed=parts.seed, config=parts.simulation, start=parts.start)
-
-
-def _safety(parts: RobotParts, simulation: Simulation) -> Safety:
-    return Safety(SpeedLimits.of(simulation.config.drive), parts.safety)
-
-
-def _guard(parts: RobotParts, simulation: Simulation) -> Guard | None:
-    if not (parts.guard and simulation.mounts):
-        return None
-    return Guard(simulation.world.robot, simulation.mounts, simulation.config.drive)
+def latched_of(
+    simulation: Simulation, cloud: Cloud, run_id: str = "", camera: CameraModel | None = None
+) -> Mapping[Interface, Message]:
+    """Return what a robot publishes once: of its map, with an identity of this run and its camera."""
+    world = simulation.world
+    return latched_messages(
+        cloud,
+        world.robot,
+        simulation.mounts,
+        run_id,
+        drive=simulation.config.drive,
+        places=world.places,
+        camera=camera,
+        arm=ArmFit.of(world),
+    )
 
 
 def _arm(parts: RobotParts, simulation: Simulation, safety: Safety) -> ArmDrive | None:
@@ -171,9 +163,7 @@ def _arm(parts: RobotParts, simulation: Simulation, safety: Safety) -> ArmDrive 
     require("daqp", "the arm")
     require("ruckig", "the arm")
     from teleop.robot.arm.arm_settings import ArmSettings
-    from teleop.robot.arm.goal_desk import Patience
     from teleop.robot.arm_drive import ArmDrive
 
-    config = safety.config
-    patience = Patience(config.watchdog, config.stale.refuse or config.lease, config.tick)
-    return ArmDrive(simulation, safety, ArmSettings(parts.arm_speed, patience=patience))
+    settings = ArmSettings(parts.arm_speed, patience=safety.config.patience)
+    return ArmDrive(simulation, safety, settings)

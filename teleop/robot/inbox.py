@@ -11,11 +11,17 @@ from teleop.robot.arm.arm_commands import Wish
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class DriveCommand:
-    """A client requests a velocity."""
+class FromClient:
+    """What a client wants, or what became of it."""
 
     client: str
-    """Name of the client."""
+    """Name of the client; empty for nobody."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class DriveCommand(FromClient):
+    """A client requests a velocity."""
+
     request: VelocityRequest
     """The requested velocity and the state of the deadman button."""
     stamp: int = 0
@@ -32,65 +38,48 @@ class DriveCommand:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class PoseHint:
-    """A client says where the robot is."""
+class PoseHint(FromClient):
+    """A client says where the robot is; nobody does so for the pose that it starts with."""
 
-    client: str
-    """Name of the client; empty for the pose that the robot starts with."""
     hint: Hint
     """The pose, with its covariance."""
 
 
 @dataclass(frozen=True, slots=True)
-class TakeOver:
+class TakeOver(FromClient):
     """A client takes the driver's lease from the client that holds it."""
-
-    client: str
-    """Name of the client."""
 
 
 @dataclass(frozen=True, slots=True)
-class Ask:
+class Ask(FromClient):
     """A client asks the driver for the robot."""
 
-    client: str
-    """Name of the client."""
     number: int
     """Number of its connection."""
 
 
 @dataclass(frozen=True, slots=True)
-class Give:
+class Give(FromClient):
     """The driver gives the robot to the client that asks for it."""
 
-    client: str
-    """Name of the driver."""
-
 
 @dataclass(frozen=True, slots=True)
-class Refuse:
+class Refuse(FromClient):
     """The driver refuses the client that asks for the robot."""
 
-    client: str
-    """Name of the driver."""
-
 
 @dataclass(frozen=True, slots=True)
-class EStop:
+class EStop(FromClient):
     """A client latches the e-stop."""
 
-    client: str
-    """Name of the client."""
     holder: str = ""
     """Holder of the token that the client connected with; empty without tokens."""
 
 
 @dataclass(frozen=True, slots=True)
-class EStopReset:
+class EStopReset(FromClient):
     """A client releases the e-stop."""
 
-    client: str
-    """Name of the client."""
     holder: str = ""
     """Holder of the token that the client connected with; empty without tokens."""
     admin: bool = False
@@ -100,45 +89,32 @@ class EStopReset:
 
 
 @dataclass(frozen=True, slots=True)
-class GuardSwitch:
+class GuardSwitch(FromClient):
     """The driver switches the guard off for as long as it drives, or on again."""
 
-    client: str
-    """Name of the client."""
     on: bool
     """Whether it is to guard."""
 
 
 @dataclass(frozen=True, slots=True)
-class Undo:
+class Undo(FromClient):
     """A client reverts the last accepted hint, or the last pose that a global search set."""
 
-    client: str
-    """Name of the client."""
-
 
 @dataclass(frozen=True, slots=True)
-class Relocalize:
+class Relocalize(FromClient):
     """A client requests a search of the whole map."""
 
-    client: str
-    """Name of the client."""
-
 
 @dataclass(frozen=True, slots=True)
-class Disconnected:
+class Disconnected(FromClient):
     """A client's connection has ended."""
 
-    client: str
-    """Name of the client."""
-
 
 @dataclass(frozen=True, slots=True)
-class StepGoal:
+class StepGoal(FromClient):
     """A client asks for one step: straight on, a turn on the spot, or an arc."""
 
-    client: str
-    """Name of the client."""
     number: int
     """Number of the step, from 1; no other step of the same server has it."""
     distance: float = 0.0
@@ -158,21 +134,17 @@ class StepGoal:
 
 
 @dataclass(frozen=True, slots=True)
-class StepCancel:
+class StepCancel(FromClient):
     """A client cancels one of its steps."""
 
-    client: str
-    """Name of the client."""
     number: int
     """Number of the step."""
 
 
 @dataclass(frozen=True, slots=True)
-class StepAlive:
+class StepAlive(FromClient):
     """A client whose steps are under way is connected; comes ten times a second."""
 
-    client: str
-    """Name of the client."""
     arrival: int
     """Time at which that was known, by the clock of the tick's ``now`` [ns]."""
     age: int = 0
@@ -180,21 +152,17 @@ class StepAlive:
 
 
 @dataclass(frozen=True, slots=True)
-class StepAnswered:
+class StepAnswered(FromClient):
     """The result of a step has been taken by the gateway."""
 
-    client: str
-    """Name of the client."""
     number: int
     """Number of the step."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class ArmWish:
+class ArmWish(FromClient):
     """A client wants something of the arm."""
 
-    client: str
-    """Name of the client."""
     wish: Wish
     """What it wants."""
     arrival: int | None = None
@@ -206,11 +174,9 @@ class ArmWish:
 
 
 @dataclass(frozen=True, slots=True)
-class WorldCall:
+class WorldCall(FromClient):
     """A client calls a service of the playground."""
 
-    client: str
-    """Name of the client."""
     number: int
     """Number of the call, from 1; no other call of the same server has it."""
     service: str

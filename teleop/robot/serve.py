@@ -26,8 +26,7 @@ from localization.pipeline.log_replay import config_metadata
 from localization.surfaces.files import surfaces_of
 from localization.types import Hint
 from robot_sim import Simulation, World
-from teleop.robot.arm.arm_fit import ArmFit
-from teleop.robot.assembly import RobotParts, build_drive, build_stepped_robot
+from teleop.robot.assembly import RobotParts, build_drive, build_stepped_robot, latched_of
 from teleop.robot.inbox import PoseHint
 from teleop.robot.lockstep_service import LockstepService
 from teleop.robot.playground.playground import Playground, WorldChoice
@@ -43,11 +42,8 @@ from teleop.robot.recording import Recording
 from teleop.robot.serving.address import Address
 from teleop.robot.serving.serve_config import ServeConfig
 from teleop.robot.stepped_robot import TickObserver
-from teleop.robot.topics.message_parts import Message
-from teleop.robot.topics.topic_table import Interface, latched_messages
 
 if TYPE_CHECKING:  # imported only where there is a camera
-    from robot_sim.cameras import CameraModel
     from teleop.robot.real_time.camera_start import CameraStart
 
 _LOG = logging.getLogger(__name__)
@@ -174,13 +170,14 @@ async def _serve_in_real_time(
             asyncio.to_thread(surfaces_of, cloud, cache=cache),
         )
         feed = None if camera is None else await asyncio.to_thread(camera.feed, simulation)
+        model = None if camera is None else camera.model
         for_gateway = GatewaySetup(
             config,
             simulation.world.name,
-            _latched(cloud, simulation, None if camera is None else camera.model),
+            latched_of(simulation, cloud, secrets.token_hex(8), model),
             map_file,
             LocalizerConfig().undo_memory,
-            None if camera is None else camera.model,
+            model,
             surfaces,
         )
         process = ControlProcess(
@@ -221,23 +218,6 @@ async def _serve_in_real_time(
         process.end()
         if camera is not None:
             camera.close()
-
-
-def _latched(
-    cloud: Cloud, simulation: Simulation, camera: CameraModel | None
-) -> Mapping[Interface, Message]:
-    """Return what is published once, with an identity of this run."""
-    world, run_id = simulation.world, secrets.token_hex(8)
-    return latched_messages(
-        cloud,
-        world.robot,
-        simulation.mounts,
-        run_id,
-        drive=simulation.config.drive,
-        places=world.places,
-        camera=camera,
-        arm=ArmFit.of(world),
-    )
 
 
 def _start_camera(world: World, config: ServeConfig) -> CameraStart | None:

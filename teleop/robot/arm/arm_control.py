@@ -10,7 +10,6 @@ import numpy as np
 from localization.geometry import FloatArray
 from localization.types import Pose
 from robot_sim.arm.arm_plant import ArmReading
-from robot_sim.arm.arm_table import ArmTable
 from robot_sim.arm.clearance import Clearance, Near
 from robot_sim.arm.kinematics import Kinematics
 from robot_sim.arm.load import Load, LoadWatch
@@ -22,7 +21,7 @@ from teleop.robot.arm.arm_commands import (
     Trajectory,
     slowed,
 )
-from teleop.robot.arm.arm_fit import ArmFit
+from teleop.robot.arm.arm_fit import ArmFit, unfelt
 from teleop.robot.arm.arm_settings import ArmCommand, ArmSettings, Permit
 from teleop.robot.arm.arm_state import ArmMode, ArmState
 from teleop.robot.arm.arm_words import MODES, WAYS_OUT, servo_code
@@ -74,7 +73,9 @@ class ArmControl:
         self._unfelt = unfelt(table)
         self._motion = Motion.at_rest(reading.angles)
         self._runner = GoalRunner(fit, clearance, self._hand.limiter, tick=tick)
-        self._desk, self._rumble = GoalDesk(), Rumble()
+        self._rumble = Rumble()
+        self.desk = GoalDesk()
+        """The goals, and their results until the gateway has taken them."""
         self._stream: Stream | None = None
         self._share, self._client = 1.0, ""
         self._mode, self._reason = ArmMode.IDLE, "nobody moves the arm"
@@ -100,65 +101,45 @@ class ArmControl:
             share: Of the speed that is allowed, for commands that come late.
         """
         if stream.engaged:
-            self._desk.end_arm(GoalOutcome.CANCELLED, "its client moves the arm by hand")
+            self.desk.end_arm(GoalOutcome.CANCELLED, "its client moves the arm by hand")
             self._stream, self._share, self._client = slowed(stream, share), share, client
-        if isinstance(stream, Hand) and stream.engaged and self._desk.gripper is None:
+        if isinstance(stream, Hand) and stream.engaged and self.desk.gripper is None:
             self._gripper.pull(stream.trigger)
 
     def begin(self, client: str, goal: Goal, now: int, age: int) -> None:
         """Begin a goal of the driver, or answer why not."""
         if isinstance(goal, GripperGoal):
-            self._desk.open(client, goal, now, age)
+            self.desk.open(client, goal, now, age)
             self._gripper.aim(goal.opening, goal.effort)
         elif self._stream is not None:
-            self._desk.refuse(client, goal, "the arm is moved by hand: let go first")
+            self.desk.refuse(client, goal, "the arm is moved by hand: let go first")
         elif why := self._runner.refusal(goal, self._offer):
-            self._desk.refuse(client, goal, why)
+            self.desk.refuse(client, goal, why)
         else:
-            self._desk.open(client, goal, now, age)
+            self.desk.open(client, goal, now, age)
             self._client = client
-
-    def refuse(self, client: str, goal: Goal, why: str) -> None:
-        """Answer a goal that the robot's safety does not admit."""
-        self._desk.refuse(client, goal, why)
 
     def note_refusal(self) -> None:
         """Let operators feel that something was refused."""
         self._refused = True
         self._rumble.refused()
 
-    def halt(self, reason: str) -> None:
-        """Stop and hold, whatever moves the arm."""
-        self._end(reason, GoalOutcome.CANCELLED)
-
-    def block(self, reason: str) -> None:
-        """Stop and hold for something in the way."""
-        self._end(reason, GoalOutcome.BLOCKED)
+    def halt(self, reason: str, outcome: GoalOutcome = GoalOutcome.CANCELLED) -> None:
+        """Stop and hold, whatever moves the arm; a goal ends with the outcome."""
+        self.desk.end_arm(outcome, reason)
+        self._stream, self._client = None, ""
+        self._gripper.let_go()
+        self._hand.reset()
+        self._mode, self._reason = ArmMode.HELD, reason
 
     def confirm(self, client: str, held: bool, arrival: int) -> None:
         """Note that the driver confirms a motion that runs only while it does, or does not any more."""
         self._confirmed = (client, arrival) if held else None
 
-    def cancel(self, client: str, number: int) -> None:
-        """Cancel a goal of a client."""
-        self._desk.cancel(client, number)
-
-    def alive(self, client: str, arrival: int, age: int) -> None:
-        """Note a sign of life of a client with goals."""
-        self._desk.alive(client, arrival, age)
-
-    def answered(self, number: int) -> None:
-        """Forget a result that the gateway has taken."""
-        self._desk.answered(number)
-
-    def disconnected(self, client: str) -> None:
-        """Forget the results of a client that has left."""
-        self._desk.disconnected(client)
-
     def server_lost(self) -> None:
         """Stop; the gateway has ended, and with it all its clients."""
-        self._end("the server has ended", GoalOutcome.SILENT)
-        self._desk.forget()
+        self.halt("the server has ended", GoalOutcome.SILENT)
+        self.desk.forget()
 
     # What the arm does
 
@@ -170,7 +151,7 @@ class ArmControl:
     @property
     def busy(self) -> bool:
         """Whether a client moves it."""
-        return self._stream is not None or self._desk.arm is not None
+        return self._stream is not None or self.desk.arm is not None
 
     @property
     def held(self) -> str:
@@ -192,8 +173,8 @@ class ArmControl:
             self._give_way()
         elif self._stream is not None:
             self._move_by_hand(self._stream)
-        elif self._desk.arm is not None:
-            self._pursue(self._desk.arm, now)
+        elif self.desk.arm is not None:
+            self._pursue(self.desk.arm, now)
         elif not self._motion.resting or self._step.target is not None:
             self._step = self._hand.hold(self._motion)
         self._motion = self._step.motion
@@ -204,9 +185,9 @@ class ArmControl:
         self._reading, self._ticks = reading, self._ticks + 1
         self._load = self._watch.take(self._tick, reading.torques.tolist(), reading.rates.tolist())
         grip = self._gripper.measure(reading.opening, reading.grip_force)
-        if self._desk.gripper is not None and (grip.reached or grip.stalled):
+        if self.desk.gripper is not None and (grip.reached or grip.stalled):
             words = "" if grip.reached else f"stalled at {1e3 * grip.opening:.1f} mm"
-            self._desk.end_gripper(GoalOutcome.DONE, words, grip)
+            self.desk.end_gripper(GoalOutcome.DONE, words, grip)
         finding = self._step.finding
         hindered = self._stream is not None and finding.hindrance is not Hindrance.NONE
         self._rumble.tick(frozenset(reading.touching), reading.held, hindered=hindered)
@@ -254,7 +235,7 @@ class ArmControl:
             servo=servo_code(self._step, moved=self._stream is not None, refused=self._refused),
             rumble=self._rumble.strength,
             rumble_ended=self._rumble.ended,
-            goals=self._desk.report(self._gripper.grip),
+            goals=self.desk.report(self._gripper.grip),
         )
 
     def _move_by_hand(self, stream: Stream) -> None:
@@ -278,7 +259,7 @@ class ArmControl:
         self._reason = self._runner.reason
         if end is not None:
             outcome, words = end
-            self._desk.end_arm(outcome, words)
+            self.desk.end_arm(outcome, words)
             self._client, self._offer = "", CLEAR
             good = outcome in (GoalOutcome.DONE, GoalOutcome.PREVIEWED)
             self._mode = ArmMode.IDLE if good else ArmMode.HELD
@@ -298,7 +279,7 @@ class ArmControl:
     def _give_way(self) -> None:
         """Bring joints that bear too much past where they are, and end what moved the arm."""
         moved = self.busy
-        self._end(self._load.words, GoalOutcome.BLOCKED)
+        self.halt(self._load.words, GoalOutcome.BLOCKED)
         if moved:
             self.stopped = self._load.words
         giving = np.array(self._load.giving_way)
@@ -313,8 +294,8 @@ class ArmControl:
         """End goals whose client has lost the robot, is silent or wants them no more."""
         patience = self._settings.patience
         for each, end in (
-            (self._desk.arm, self._end_arm_goal),
-            (self._desk.gripper, self._end_grip),
+            (self.desk.arm, self._end_arm_goal),
+            (self.desk.gripper, self._end_grip),
         ):
             if each is None:
                 continue
@@ -326,37 +307,20 @@ class ArmControl:
                 end(
                     GoalOutcome.SILENT if silent else GoalOutcome.TAKEN_OVER, f"{who} has the robot"
                 )
-            elif silence := each.silence(now, patience):
+            elif silence := patience.silence(each.client, each.alive, each.age, now):
                 end(GoalOutcome.SILENT, silence)
             elif each.cancelled:
                 end(GoalOutcome.CANCELLED, "cancelled by its client")
 
     def _end_arm_goal(self, outcome: GoalOutcome, message: str) -> None:
-        self._desk.end_arm(outcome, message)
+        self.desk.end_arm(outcome, message)
         cancelled = outcome is GoalOutcome.CANCELLED
         self._mode = ArmMode.IDLE if cancelled else ArmMode.HELD
         self._reason = message
 
     def _end_grip(self, outcome: GoalOutcome, message: str) -> None:
         self._gripper.stop()
-        self._desk.end_gripper(outcome, message, self._gripper.grip)
-
-    def _end(self, reason: str, outcome: GoalOutcome) -> None:
-        """End whatever moves the arm."""
-        self._desk.end_arm(outcome, reason)
-        self._stream, self._client = None, ""
-        self._gripper.let_go()
-        self._hand.reset()
-        self._mode, self._reason = ArmMode.HELD, reason
-
-
-def unfelt(table: ArmTable) -> FloatArray:
-    """Return the angle (5,) by which a servo may be off without knowing: its dead band and half of its play [rad]."""
-    pulses = table.pulses
-    share = np.array([j.servo.dead_band for j in table.joints]) / (pulses.longest - pulses.shortest)
-    ranges = np.subtract(table.upper, table.lower)
-    half_play: FloatArray = 0.5 * np.array([joint.servo.play for joint in table.joints])
-    return share * ranges + half_play
+        self.desk.end_gripper(outcome, message, self._gripper.grip)
 
 
 def _pose(matrix: FloatArray) -> Pose:

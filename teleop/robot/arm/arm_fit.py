@@ -1,10 +1,13 @@
-"""Which arm a robot carries, and where."""
+"""Which arm a robot carries, where, and how exactly it stands."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+import numpy as np
+
+from localization.geometry import FloatArray
 from localization.types import Pose
 from robot_sim.arm.arm_table import ArmTable, load_arm
 
@@ -39,3 +42,12 @@ class ArmFit:
     def base_from_arm_base(self) -> Pose:
         """Where its base is on the robot."""
         return self.table.mounts[self.mount]
+
+
+def unfelt(table: ArmTable) -> FloatArray:
+    """Return the angle (5,) by which a servo may be off without knowing: its dead band and half of its play [rad]."""
+    pulses = table.pulses
+    share = np.array([j.servo.dead_band for j in table.joints]) / (pulses.longest - pulses.shortest)
+    ranges = np.subtract(table.upper, table.lower)
+    half_play: FloatArray = 0.5 * np.array([joint.servo.play for joint in table.joints])
+    return share * ranges + half_play

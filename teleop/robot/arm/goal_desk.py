@@ -34,6 +34,22 @@ class Patience:
     tick: int = SECOND // 50
     """Period of the ticks [ns]."""
 
+    def silence(self, client: str, alive: int, age: int, now: int) -> str:
+        """Return why a client counts as gone at a time [ns]; empty if it does not.
+
+        Args:
+            client: Name of the client.
+            alive: Its newest sign of life [ns].
+            age: Age of its oldest ping without an answer, then [ns]; 0 if it had answered all.
+            now: The time [ns].
+        """
+        age = age + now - alive if age else 0
+        if age > self.pings:
+            return f"{client} has not answered pings for {age / SECOND:.1f} s"
+        if (quiet := now - alive + self.tick) > self.watchdog:
+            return f"no sign of {client} for {quiet / SECOND:.2f} s"
+        return ""
+
 
 @dataclass(slots=True)
 class OpenGoal:
@@ -57,15 +73,6 @@ class OpenGoal:
     """Whether a report had the way."""
     cancelled: bool = False
     """Whether its client has cancelled it."""
-
-    def silence(self, now: int, patience: Patience) -> str:
-        """Return why the client counts as gone at a time [ns]; empty if it does not."""
-        age = self.age + now - self.alive if self.age else 0
-        if age > patience.pings:
-            return f"{self.client} has not answered pings for {age / SECOND:.1f} s"
-        if (quiet := now - self.alive + patience.tick) > patience.watchdog:
-            return f"no sign of {self.client} for {quiet / SECOND:.2f} s"
-        return ""
 
 
 class GoalDesk:

@@ -12,6 +12,7 @@ import numpy as np
 from localization.geometry import FloatArray
 from localization.types import SECOND
 from robot_sim.arm.arm_table import ArmTable
+from teleop.robot.arm.arm_fit import unfelt
 from teleop.robot.arm.mirror_delay import delay_of
 
 LOST: Final = SECOND // 2
@@ -165,12 +166,7 @@ def explained(table: ArmTable) -> FloatArray:
     """
     # 0.05 degrees of the lines' decimals on their way there, and on their way back.
     fixed = np.radians(0.5 + 2 * 0.05 + 0.36)
-    span = table.pulses.longest - table.pulses.shortest
-    ranges = np.subtract(table.upper, table.lower)
-    servos = [joint.servo for joint in table.joints]
-    bands = np.array([servo.dead_band for servo in servos]) / span * ranges
-    plays = np.array([servo.play for servo in servos])
-    limits: FloatArray = fixed + 2 * bands + plays
+    limits: FloatArray = fixed + 2 * unfelt(table)
     return limits
 
 

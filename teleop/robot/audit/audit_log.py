@@ -69,8 +69,8 @@ class AuditLog(Observer):
         self._write = write
         self._stamp, self._wall = stamp, wall
         self._identity: dict[str, dict[str, str]] = {}
-        self._logged: dict[str, tuple[VelocityRequest, str]] = {}
-        self._hints: deque[tuple[Hint, str]] = deque(maxlen=_MAX_HINTS)
+        self._logged: dict[str, tuple[list[float], bool, str]] = {}
+        self._hints: deque[tuple[list[float], str]] = deque(maxlen=_MAX_HINTS)
         self._rates = AuditRateLimiter()
         self._visitors: dict[str, None] = {}
         self._guesses, self._server = GuessCount(), server
@@ -78,7 +78,7 @@ class AuditLog(Observer):
 
     def hint(self, client: str, hint: Hint) -> None:
         """Log a hint, with the standard deviations that its sender gave."""
-        self._hints.append((hint, client))
+        self._hints.append((_numbers(hint), client))
         pose, sigmas = hint.map_from_base, np.sqrt(np.clip(np.diag(hint.covariance), 0.0, None))
         self._line(
             "hint",
@@ -177,11 +177,12 @@ class AuditLog(Observer):
         self._count(last=True)
 
     def _command(self, client: str, request: VelocityRequest, rejection: str) -> None:
-        last = self._logged.get(client)
-        if last is not None and _same(last[0], request) and last[1] == rejection:
+        twist = [*request.twist.linear.tolist(), *request.twist.angular.tolist()]
+        wish = twist, request.enabled, rejection
+        if self._logged.get(client) == wish:
             return
         if client in self._identity:
-            self._logged[client] = request, rejection
+            self._logged[client] = wish
         self._line(
             "drive",
             client,
@@ -193,8 +194,9 @@ class AuditLog(Observer):
         )
 
     def _verdict(self, verdict: HintVerdict) -> None:
+        asked = _numbers(verdict.hint)
         for hint, client in self._hints:  # the pose that the robot starts with has no sender
-            if _equal(hint, verdict.hint):
+            if hint == asked:
                 found, why = verdict.verdict.value, verdict.reason
                 self._line("hint answered", client, verdict=found, reason=why)
 
@@ -283,20 +285,8 @@ def _rounded(values: np.ndarray[Any, Any]) -> list[float]:
     return [round(float(value), _DIGITS) for value in values]
 
 
-def _same(one: VelocityRequest, other: VelocityRequest) -> bool:
-    return (
-        one.enabled == other.enabled
-        and bool(np.array_equal(one.twist.linear, other.twist.linear))
-        and bool(np.array_equal(one.twist.angular, other.twist.angular))
-    )
-
-
-def _equal(one: Hint, other: Hint) -> bool:
-    """Return whether two hints are the same, whatever process holds them, and whenever they applied."""
-    return (
-        bool(np.array_equal(one.map_from_base.position, other.map_from_base.position))
-        and bool(
-            np.array_equal(one.map_from_base.quaternion_wxyz, other.map_from_base.quaternion_wxyz)
-        )
-        and bool(np.array_equal(one.covariance, other.covariance))
-    )
+def _numbers(hint: Hint) -> list[float]:
+    """Return the numbers by which hints are compared, whatever process holds them."""
+    pose = hint.map_from_base
+    parts = (pose.position, pose.quaternion_wxyz, hint.covariance)
+    return [number for part in parts for number in part.ravel().tolist()]

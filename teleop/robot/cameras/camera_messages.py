@@ -6,13 +6,7 @@ from typing import Final
 
 from robot_sim.cameras import CameraModel
 from teleop.pictures.picture import Picture
-from teleop.robot.topics.message_parts import Message, header
-
-_FLOAT32: Final = 7
-"""``sensor_msgs/PointField.FLOAT32``."""
-
-_POINT_BYTES: Final = 16
-"""Size of a point: x, y, z and rgb, of four bytes each."""
+from teleop.robot.topics.message_parts import Message, header, point_cloud
 
 _PIXEL_BYTES: Final = {"rgb8": 3, "16UC1": 2}
 
@@ -62,21 +56,7 @@ def camera_info(camera: CameraModel, stamp: int, frame: str) -> Message:
 
 def points(picture: Picture) -> Message:
     """Return ``sensor_msgs/PointCloud2`` of coloured points, as ``depth_image_proc`` names their fields."""
-    fields = [
-        {"name": name, "offset": 4 * number, "datatype": _FLOAT32, "count": 1}
-        for number, name in enumerate(("x", "y", "z", "rgb"))
-    ]
-    return {
-        "header": header(picture.stamp, picture.frame),
-        "height": 1,
-        "width": picture.width,
-        "fields": fields,
-        "is_bigendian": False,
-        "point_step": _POINT_BYTES,
-        "row_step": _POINT_BYTES * picture.width,
-        "data": picture.data,
-        "is_dense": True,
-    }
+    return point_cloud(picture.stamp, picture.frame, ("x", "y", "z", "rgb"), picture.data)
 
 
 def _compressed(picture: Picture, description: str) -> Message:

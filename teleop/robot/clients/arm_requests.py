@@ -5,41 +5,26 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import TypeAlias
 
-from teleop.link.command_age import RoundTrips
 from teleop.robot.arm.arm_commands import Alive, Answered, Cancel, Goal
 from teleop.robot.arm.arm_state import ArmState
 from teleop.robot.arm.goal_results import NO_PATH, GoalProgress, GoalResult
 from teleop.robot.clients.open_requests import Forms, OpenRequests
-from teleop.robot.clients.wishes import Wishes
 from teleop.robot.inbox import ArmWish
 from teleop.robot.tick_record import DriveRecord
 from teleop.rosbridge.errors import MessageError, ServiceError
-from teleop.rosbridge.protocol.connections import Connections
 
 Report: TypeAlias = tuple[GoalProgress, ArmState]
 """Progress of a goal, and the arm at that time."""
 
 
-class ArmRequests:
+class ArmRequests(OpenRequests[Report, GoalResult]):
     """Owns the unanswered goals of all clients; each gets one result."""
 
-    def __init__(
-        self,
-        connections: Connections,
-        wishes: Wishes,
-        *,
-        round_trips: Callable[[int], RoundTrips | None],
-        now: Callable[[], int],
-    ) -> None:
-        """Take the parts; ``OpenRequests`` describes them."""
-        forms = Forms(
-            cancel=lambda name, number: ArmWish(name, Cancel(number)),
-            alive=lambda name, now, age: ArmWish(name, Alive(), arrival=now, age=age),
-            answered=lambda name, number: ArmWish(name, Answered(number)),
-        )
-        self._open: OpenRequests[Report, GoalResult] = OpenRequests(
-            connections, wishes, forms, round_trips=round_trips, now=now
-        )
+    _forms = Forms(
+        cancel=lambda name, number: ArmWish(name, Cancel(number)),
+        alive=lambda name, now, age: ArmWish(name, Alive(), arrival=now, age=age),
+        answered=lambda name, number: ArmWish(name, Answered(number)),
+    )
 
     def ask(
         self,
@@ -64,7 +49,7 @@ class ArmRequests:
             return ArmWish(name, goal(number), age=delay)
 
         try:
-            return self._open.ask(client, message, on_progress, on_result)
+            return self._ask(client, message, on_progress, on_result)
         except MessageError as error:
             raise ServiceError(str(error)) from None
 
@@ -73,12 +58,8 @@ class ArmRequests:
         arm = tick.arm
         if arm is None:
             return
-        due = self._open.driven((r.client, r.number, r) for r in arm.goals.unanswered)
+        due = self._driven((r.client, r.number, r) for r in arm.goals.unanswered)
         for progress in arm.goals.moving:
-            request = self._open.find(progress.number)
+            request = self._find(progress.number)
             if request is not None and (due or progress.path is not NO_PATH):
                 request.on_progress((progress, arm))
-
-    def forget(self, client: int) -> None:
-        """Note that a client has left: the robot ends its goals by itself."""
-        self._open.forget(client)

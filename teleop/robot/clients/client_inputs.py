@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from dataclasses import replace
 from functools import partial
 from typing import Any, Final
 
@@ -84,15 +85,7 @@ class ClientInputs:
     def _drive(self, client: int, command: DriveCommand, now: int) -> None:
         age = self._ages.setdefault(client, CommandAge())
         arrived = age.observe(now, command.stamp, self._round_trips(client))
-        dated = DriveCommand(
-            command.client,
-            command.request,
-            command.stamp,
-            now,
-            arrived.age,
-            command.stream,
-            arrived.rested,
-        )
+        dated = replace(command, arrival=now, age=arrived.age, rested=arrived.rested)
         if not self._wishes.post(dated):
             raise MessageError(NOT_LISTENING)
 

@@ -45,13 +45,15 @@ class OpenRequest(Generic[Progress, Result]):
 
 
 class OpenRequests(Generic[Progress, Result]):
-    """Owns the unanswered requests of all clients; each gets one result."""
+    """Owns the unanswered requests of all clients; each gets one result. Subclasses say of what."""
+
+    _forms: Forms
+    """Messages about a request."""
 
     def __init__(
         self,
         connections: Connections,
         wishes: Wishes,
-        forms: Forms,
         *,
         round_trips: Callable[[int], RoundTrips | None],
         now: Callable[[], int],
@@ -61,17 +63,16 @@ class OpenRequests(Generic[Progress, Result]):
         Args:
             connections: The clients.
             wishes: Takes what clients want.
-            forms: Messages about a request.
             round_trips: Returns the round trips of a client; None where no time passes on the way.
             now: Returns the time of the server's clock [ns].
         """
-        self._connections, self._wishes, self._forms = connections, wishes, forms
+        self._connections, self._wishes = connections, wishes
         self._round_trips, self._now = round_trips, now
         self._open: dict[int, OpenRequest[Progress, Result]] = {}
         self._numbers = itertools.count(1)
         self._ticks = 0
 
-    def ask(
+    def _ask(
         self,
         client: int,
         message: Callable[[str, int, int], InboxMessage],
@@ -102,11 +103,11 @@ class OpenRequests(Generic[Progress, Result]):
 
         return cancel
 
-    def find(self, number: int) -> OpenRequest[Progress, Result] | None:
+    def _find(self, number: int) -> OpenRequest[Progress, Result] | None:
         """Return a request, if it is open."""
         return self._open.get(number)
 
-    def driven(self, unanswered: Iterable[tuple[str, int, Result]]) -> bool:
+    def _driven(self, unanswered: Iterable[tuple[str, int, Result]]) -> bool:
         """Hand on the results after a tick, and report who is connected; return whether reports are due.
 
         Args:

@@ -120,30 +120,20 @@ class RobotServices:
             role = f"role {access.role}" if access else "the caller"
             rejection = f"{role} may not drive; connect with a token that may"
         answer = f"asked; {turn.controller} gives the robot, or refuses"
-        return self._take_turn("ask", message, rejection or turn.rejection(message), answer)
+        return self._pass_on("ask", message, rejection or turn.rejection(message), answer)
 
     def _give(self, client: int, request: dict[str, Any], now: int) -> dict[str, Any]:
         message = Give(self._connections.name(client))
         turn = self._turn.after(self._wishes.outstanding())
         who = turn.asking.client if turn.asking else ""
         answer = f"{who} has the robot, and drives after a neutral stick"
-        return self._take_turn("give", message, turn.rejection(message), answer)
+        return self._pass_on("give", message, turn.rejection(message), answer)
 
     def _refuse(self, client: int, request: dict[str, Any], now: int) -> dict[str, Any]:
         message = Refuse(self._connections.name(client))
         turn = self._turn.after(self._wishes.outstanding())
-        return self._take_turn(
-            "refuse", message, turn.rejection(message), "refused; you go on driving"
-        )
-
-    def _take_turn(
-        self, action: str, message: Ask | Give | Refuse, rejection: str | None, answer: str
-    ) -> dict[str, Any]:
-        self._record(message.client, action, rejection)
-        if rejection is not None:
-            return {"success": False, "message": rejection}
-        self._post(message)
-        return {"success": True, "message": answer}
+        answer = "refused; you go on driving"
+        return self._pass_on("refuse", message, turn.rejection(message), answer)
 
     def _guard(self, client: int, request: dict[str, Any], now: int) -> dict[str, Any]:
         message = GuardSwitch(self._connections.name(client), request["data"])
@@ -153,35 +143,26 @@ class RobotServices:
             rejection = "this robot has no guard"
         elif not may_drive(self._connections.access(client)):
             rejection = "the caller may not drive; connect with a token that may"
-        self._record(message.client, f"guard {'on' if message.on else 'off'}", rejection)
-        if rejection is not None:
-            return {"success": False, "message": rejection}
-        self._post(message)
-        answer = "on" if message.on else "off until your lease ends; everybody sees it"
-        return {"success": True, "message": f"the guard is {answer}"}
+        what, answer = "off", "the guard is off until your lease ends; everybody sees it"
+        if message.on:
+            what, answer = "on", "the guard is on"
+        return self._pass_on(f"guard {what}", message, rejection, answer)
 
     def _undo(self, client: int, request: dict[str, Any], now: int) -> dict[str, Any]:
-        name, rejection = self._connections.name(client), None
+        rejection = None
         if not self._undoable:
             seconds = self._undo_memory / SECOND
             rejection = f"no hint or search has set the pose within the last {seconds:.0f} s"
-        self._record(name, "undo", rejection)
-        if rejection is not None:
-            return {"success": False, "message": rejection}
-        self._post(Undo(name))
-        return {"success": True, "message": "undone with the next tick"}
+        message = Undo(self._connections.name(client))
+        return self._pass_on("undo", message, rejection, "undone with the next tick")
 
     def _relocalize(self, client: int, request: dict[str, Any], now: int) -> dict[str, Any]:
-        name, rejection = self._connections.name(client), self._search_rejection(client, now)
-        self._record(name, "relocalize", rejection)
-        if rejection is not None:
-            return {"success": False, "message": rejection}
-        self._search_requests[client] = now
-        self._post(Relocalize(name))
-        return {
-            "success": True,
-            "message": "searching the whole map; drive on until one place is left",
-        }
+        rejection = self._search_rejection(client, now)
+        if rejection is None:
+            self._search_requests[client] = now
+        message = Relocalize(self._connections.name(client))
+        answer = "searching the whole map; drive on until one place is left"
+        return self._pass_on("relocalize", message, rejection, answer)
 
     def _search_rejection(self, client: int, now: int) -> str | None:
         """Return why a client may not request a search now [ns]; None if it may."""
@@ -192,6 +173,16 @@ class RobotServices:
         if waiting or self._searching:
             return "a search is under way already; its result is on /localization/status"
         return None
+
+    def _pass_on(
+        self, action: str, message: InboxMessage, rejection: str | None, answer: str
+    ) -> dict[str, Any]:
+        """Pass a request on, unless it is rejected; return the response."""
+        self._record(message.client, action, rejection)
+        if rejection is not None:
+            return {"success": False, "message": rejection}
+        self._post(message)
+        return {"success": True, "message": answer}
 
     def _post(self, message: InboxMessage) -> None:
         if not self._wishes.post(message):

@@ -2,18 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
+from types import MappingProxyType
 from typing import Final
 
-from teleop.link.command_age import RoundTrips
 from teleop.robot.clients.open_requests import Forms, OpenRequests
-from teleop.robot.clients.wishes import Wishes
 from teleop.robot.inbox import StepAlive, StepAnswered, StepCancel, StepGoal
 from teleop.robot.step_results import StepProgress, StepResult
 from teleop.robot.steps.measures import MEASURES
 from teleop.robot.tick_record import DriveRecord
 from teleop.rosbridge.errors import ServiceError
-from teleop.rosbridge.protocol.connections import Connections
 from teleop.step_commands.commands import Step
 
 LONGEST: Final = 3600.0
@@ -26,23 +24,12 @@ OnResult = Callable[[StepResult], object]
 """Takes the result."""
 
 
-class StepRequests:
+class StepRequests(OpenRequests[tuple[StepProgress | None, int], StepResult]):
     """Owns the unanswered steps of all clients; each gets one result."""
 
-    def __init__(
-        self,
-        connections: Connections,
-        wishes: Wishes,
-        *,
-        round_trips: Callable[[int], RoundTrips | None],
-        now: Callable[[], int],
-    ) -> None:
-        """Take the parts; ``OpenRequests`` describes them."""
-        forms = Forms(cancel=StepCancel, alive=StepAlive, answered=StepAnswered)
-        self._open: OpenRequests[tuple[StepProgress | None, int], StepResult] = OpenRequests(
-            connections, wishes, forms, round_trips=round_trips, now=now
-        )
-        self._ahead: dict[int, int] = {}
+    _forms = Forms(cancel=StepCancel, alive=StepAlive, answered=StepAnswered)
+    _ahead: Mapping[int, int] = MappingProxyType({})
+    """Steps in front of each that waits."""
 
     def ask(
         self,
@@ -84,20 +71,16 @@ class StepRequests:
             motion = step.distance, step.angle, step.speed
             return StepGoal(name, number, *motion, limit, measure, delay, hold_to_run)
 
-        return self._open.ask(client, goal, lambda report: on_progress(*report), on_result)
+        return self._ask(client, goal, lambda report: on_progress(*report), on_result)
 
     def driven(self, tick: DriveRecord) -> None:
         """Hand on what became of the steps in a tick, and report who is still connected."""
         moving, waiting = tick.steps.moving, tick.steps.waiting
-        due = self._open.driven((r.goal.client, r.goal.number, r) for r in tick.steps.unanswered)
-        if due and moving is not None and (driven := self._open.find(moving.number)):
+        due = self._driven((r.goal.client, r.goal.number, r) for r in tick.steps.unanswered)
+        if due and moving is not None and (driven := self._find(moving.number)):
             driven.on_progress((moving, 0))
         ahead_of = {number: ahead for ahead, number in enumerate(waiting, int(moving is not None))}
         for number, ahead in ahead_of.items():
-            if self._ahead.get(number) != ahead and (request := self._open.find(number)):
+            if self._ahead.get(number) != ahead and (request := self._find(number)):
                 request.on_progress((None, ahead))
         self._ahead = ahead_of
-
-    def forget(self, client: int) -> None:
-        """Note that a client has left: the robot ends its steps by itself."""
-        self._open.forget(client)

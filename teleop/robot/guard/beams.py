@@ -53,7 +53,7 @@ def beam_ends(scan: Scan, mount: Pose) -> FloatArray:
 
 
 def planar(points: FloatArray, poses: FloatArray) -> FloatArray:
-    """Return points (N, 3) of ``base_link`` at poses (N, 3) in the plane of these (N, 2)."""
+    """Return points (N, 2 or 3) of ``base_link`` at poses (N or 1, 3) in the plane of these (N, 2)."""
     c, s = np.cos(poses[:, 2]), np.sin(poses[:, 2])
     x, y = points[:, 0], points[:, 1]
     return np.stack((poses[:, 0] + c * x - s * y, poses[:, 1] + s * x + c * y), -1)

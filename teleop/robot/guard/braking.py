@@ -80,6 +80,13 @@ def to_standstill(
     return Motion(way, times)
 
 
+def along_arc(along: FloatArray, yaw: FloatArray) -> FloatArray:
+    """Return the poses (S, 3) at distances (S,) along an arc from the origin [m], turned by ``yaw`` (S,) there [rad]."""
+    half = 0.5 * yaw
+    chord = along * np.sinc(half / math.pi)
+    return np.stack((along * np.sinc(yaw / math.pi), chord * np.sin(half), yaw), -1)
+
+
 def _ramped(
     now: FloatArray, goal: FloatArray, gain: FloatArray, loss: FloatArray, t: FloatArray | float
 ) -> FloatArray:

@@ -12,6 +12,7 @@ from typing import Final
 import numpy as np
 
 from localization.geometry import FloatArray
+from teleop.robot.guard.beams import planar
 from teleop.robot.guard.odometry import Odometry
 
 _EDGES: Final = (90, 45, 22)
@@ -47,14 +48,7 @@ def continued(ends: FloatArray, pose: FloatArray, odometry: Odometry) -> FloatAr
         odometry: Where the robot has been.
     """
     beyond = np.concatenate([_beyond(ends), _beyond(ends[::-1])])
-    c, s = np.cos(pose[2]), np.sin(pose[2])
-    xy = np.stack(
-        (
-            pose[0] + c * beyond[:, 0] - s * beyond[:, 1],
-            pose[1] + s * beyond[:, 0] + c * beyond[:, 1],
-        ),
-        -1,
-    )
+    xy = planar(beyond, pose[None])
     return xy[~odometry.driven_over(xy)] if len(xy) else xy
 
 

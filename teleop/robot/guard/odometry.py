@@ -12,6 +12,8 @@ from numpy.typing import NDArray
 from localization.geometry import FloatArray
 from localization.types import SECOND, Inertial, Reading, WheelSpeeds
 from robot_sim import SkidSteer
+from teleop.robot.guard.beams import planar
+from teleop.robot.guard.braking import along_arc
 from teleop.robot.guard.outline import Outline
 
 _KEPT: Final = SECOND // 2
@@ -116,11 +118,7 @@ class Odometry:
 
     def out_of_base(self, points: FloatArray) -> FloatArray:
         """Return points (N, 2) in ``base_link`` now, in the plane."""
-        x, y, yaw = self.pose
-        c, s = math.cos(yaw), math.sin(yaw)
-        return np.stack(
-            (x + c * points[:, 0] - s * points[:, 1], y + s * points[:, 0] + c * points[:, 1]), -1
-        )
+        return planar(points, np.array([self.pose]))
 
     def gaps(self, points: FloatArray) -> FloatArray:
         """Return the distances (N,) of points (N, 2) in ``base_link`` from the robot's outline [m]; negative inside."""
@@ -156,10 +154,7 @@ class Odometry:
         """
         along = np.copysign(np.linspace(0.1, 0.4, 4), forward)
         yaw = np.abs(along) * (turn / max(abs(forward), 1e-6))
-        x, y = (
-            along * np.sinc(yaw / math.pi),
-            along * np.sin(0.5 * yaw) * np.sinc(0.5 * yaw / math.pi),
-        )
+        x, y, _ = along_arc(along, yaw).T
         trail = np.array(self._trail)
         xy = self.into_base(trail[:, :2])
         apart = np.hypot(x[:, None] - xy[:, 0], y[:, None] - xy[:, 1])

@@ -9,7 +9,7 @@ from typing import Final
 import numpy as np
 
 from localization.geometry import FloatArray
-from teleop.robot.guard.braking import Motion, Ramps, poses_along, to_standstill
+from teleop.robot.guard.braking import Motion, Ramps, along_arc, poses_along, to_standstill
 from teleop.robot.guard.outline import Outline
 from teleop.robot.guard.points import SOURCES, UNSEEN, Points
 from teleop.robot.guard.settings import CREEP, GuardConfig
@@ -135,14 +135,7 @@ class Rule:
         along = np.linspace(0.0, length, max(2, math.ceil(length / stride) + 1))
         yaw = along * (turn / abs(forward) if forward else math.copysign(1.0, turn))
         x = np.copysign(along, forward) * bool(forward)
-        poses = np.stack(
-            (
-                x * np.sinc(yaw / math.pi),
-                x * np.sin(0.5 * yaw) * np.sinc(0.5 * yaw / math.pi),
-                yaw,
-            ),
-            -1,
-        )
+        poses = along_arc(x, yaw)
         # What no fifth pose comes near, none of the others meets: of hundreds of points a few are left.
         apart = _FIFTH * stride * (1.0 + self.outline.radius * abs(turn / (forward or turn)))
         coarse = self.outline.gaps(poses[::_FIFTH], points.xy).min(axis=0, initial=math.inf)

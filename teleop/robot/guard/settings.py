@@ -17,8 +17,6 @@ is muted, 0.3 m/s, for the robot's bumpers give way by millimetres."""
 class GuardConfig:
     """Settings of the guard; each term is explained in docs/safety.md."""
 
-    on: bool = True
-    """Whether it limits what is driven."""
     margin: float = 0.036
     """Distance that is kept at rest [m]: three sigma of the scanners' ranges, 12 mm (SICK LMS1xx)."""
     skew: float = 0.05
@@ -49,15 +47,8 @@ class GuardConfig:
 
     def __post_init__(self) -> None:
         for name in (
-            "margin",
-            "skew",
-            "worn",
-            "lag",
-            "approach",
-            "arm_zone",
-            "half_blind",
-            "lost",
-            "steep",
+            *("margin", "skew", "worn", "lag", "approach"),
+            *("arm_zone", "half_blind", "lost", "steep"),
         ):
             if not 0.0 < getattr(self, name) < 10.0:
                 raise SettingError(

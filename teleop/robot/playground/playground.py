@@ -1,4 +1,4 @@
-"""What clients do to the simulated world, carried out between two ticks: a ``WorldControl`` in real time."""
+"""What clients do to the simulated world in real time, carried out between two ticks."""
 
 from __future__ import annotations
 
@@ -17,8 +17,8 @@ from teleop.robot.tick_record import PAUSED, Rejection, WorldAnswer
 from teleop.robot.world_control.answers import Answer, Request, answered
 from teleop.robot.world_control.entity_services import EntityServices
 from teleop.robot.world_control.results import Code, ControlError, Scope, State
-from teleop.robot.world_control.simulated_entities import SimulatedEntities
-from teleop.robot.world_control.state_services import StateServices
+from teleop.robot.world_control.simulated_entities import SimulatedWorld
+from teleop.robot.world_control.state_services import StateServices, world_resource
 
 _OF_ENTITIES: Final = (
     *("GetEntities", "SetEntityState", "SpawnEntity", "DeleteEntity"),
@@ -42,7 +42,7 @@ class WorldChoice:
     """Seed by which furniture has moved; None if it has not."""
 
 
-class Playground(SimulatedEntities):
+class Playground(SimulatedWorld):
     """Owns whether the world stands still, and which one comes next; works off the calls of clients."""
 
     def __init__(
@@ -107,32 +107,26 @@ class Playground(SimulatedEntities):
 
     @property
     def state(self) -> State:
-        """See ``WorldControl.state``."""
+        """Whether time goes on."""
         return self._state
 
     @property
     def states(self) -> frozenset[State]:
-        """See ``WorldControl.states``."""
+        """States that can be set."""
         return frozenset({State.PLAYING, State.PAUSED})
 
     def set_state(self, state: State) -> None:
-        """See ``WorldControl.set_state``."""
+        """Let time go on, or pause it."""
         self._state = state
 
     def reset(self, scope: Scope) -> None:
-        """See ``WorldControl.reset``; the robot knows its start, as when it is switched on."""
+        """See ``SimulatedWorld.reset``; the robot knows its start, as when it is switched on."""
         super().reset(scope)
         if Scope.STATE in scope:
             self._hints.append(PoseHint("", Hint(0, self._start, np.zeros((6, 6)))))
 
     def _worlds(self, request: Request) -> Request:
-        resources = [(name, {"uri": name, "resource_string": ""}) for name in scene_names()]
-        return {
-            "worlds": [
-                {"name": name, "world_resource": uri, "description": "", "tags": []}
-                for name, uri in resources
-            ]
-        }
+        return {"worlds": [world_resource(name) for name in scene_names()]}
 
     def _slip(self, request: Request) -> Request:
         seconds, factor = float(request["seconds"]), float(request["factor"])

@@ -15,8 +15,8 @@ from robot_sim.cameras.renderer import CameraRenderer
 from robot_sim.errors import CameraUnavailableError
 from teleop.pictures.picture import PictureFormat
 from teleop.robot.cameras.picture_encoding import pictures_of
-from teleop.robot.real_time.channel import Channel, ChannelClosedError, inherited_channel
-from teleop.robot.real_time.child_process import stand_back
+from teleop.robot.real_time.channel import Channel, inherited_channel
+from teleop.robot.real_time.child_process import failing_to, stand_back
 from teleop.robot.real_time.picture_link import PictureLink
 from teleop.robot.real_time.process_messages import (
     CAMERA_BOUND,
@@ -90,16 +90,9 @@ def main() -> None:
     stand_back(_NICENESS)
     # Mesa's software renderer would otherwise take all processors.
     os.environ.setdefault("LP_NUM_THREADS", "1")
-    try:
+    with failing_to(channel, CameraUnavailableError):
         setup: CameraSetup = unpack(channel.wait()[0])
         CameraProcess(channel, link, setup).run()
-    except ChannelClosedError:
-        return  # control has gone
-    except CameraUnavailableError as error:  # control says it in one line
-        channel.send(pack(OTHER, error))
-    except Exception as error:
-        channel.send(pack(OTHER, error))
-        raise
 
 
 if __name__ == "__main__":

@@ -8,6 +8,8 @@ import signal
 import socket
 import subprocess
 import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
 
 from teleop.clock import wall_seconds
 from teleop.robot.real_time.channel import Channel, ChannelClosedError
@@ -22,6 +24,20 @@ def stand_back(niceness: int) -> None:
     """
     os.nice(niceness)
     signal.signal(signal.SIGTTOU, signal.SIG_IGN)  # a terminal may stop what is in the background
+
+
+@contextmanager
+def failing_to(channel: Channel, *expected: type[Exception]) -> Iterator[None]:
+    """Send to control what ends this process; without a trace of its own if that is expected, or control has gone."""
+    try:
+        yield
+    except ChannelClosedError:
+        pass
+    except expected as error:
+        channel.send(pack(OTHER, error))
+    except Exception as error:
+        channel.send(pack(OTHER, error))
+        raise
 
 
 class ChildProcess:

@@ -16,8 +16,8 @@ from localization.pipeline.localizer import Localizer
 from teleop.robot.estimation import Estimation
 from teleop.robot.preview import PreviewRequest
 from teleop.robot.real_time.backlog import Backlog
-from teleop.robot.real_time.channel import Channel, ChannelClosedError, inherited_channel
-from teleop.robot.real_time.child_process import stand_back
+from teleop.robot.real_time.channel import Channel, inherited_channel
+from teleop.robot.real_time.child_process import failing_to, stand_back
 from teleop.robot.real_time.process_messages import (
     DRIVEN,
     ESTIMATED,
@@ -93,13 +93,8 @@ def main() -> None:
     name_process("estimator")
     channel = inherited_channel(int(sys.argv[1]), GATEWAY_BOUND)
     stand_back(_NICENESS)
-    try:
+    with failing_to(channel):
         run(channel)
-    except ChannelClosedError:
-        return  # control has gone
-    except Exception as error:
-        channel.send(pack(OTHER, error))
-        raise
 
 
 if __name__ == "__main__":

@@ -48,7 +48,7 @@ class PictureLink:
         """Key and payload of the value that is being sent."""
         self._offset = 0
         self._number = int.from_bytes(os.urandom(4))  # another one than a predecessor's
-        self._received, self._length, self._expected = bytearray(), 0, -1
+        self._received, self._expected = bytearray(), -1
 
     def fileno(self) -> int:
         """Return the file descriptor, for ``select`` and event loops."""

@@ -6,6 +6,7 @@ from dataclasses import dataclass, field
 from enum import StrEnum
 
 from localization.types import SECOND, Twist
+from teleop.robot.arm.goal_desk import Patience
 from teleop.robot.inbox import EStop
 from teleop.robot.safety.stale_commands import StaleLimits
 from teleop.robot.safety.turns import Asking, Turn
@@ -36,6 +37,11 @@ class SafetyConfig:
     """Period of the ticks [ns]; the watchdog acts at the last tick that is in time."""
     stale: StaleLimits = field(default_factory=StaleLimits)
     """Limits on commands that are old when they arrive."""
+
+    @property
+    def patience(self) -> Patience:
+        """How long the client of a step, or of a goal of the arm, may give no sign of life."""
+        return Patience(self.watchdog, self.stale.refuse or self.lease, self.tick)
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -166,7 +166,8 @@ class StepQueue:
             who = self._safety.controller or "nobody"
             self.end_all(StepOutcome.TAKEN_OVER, f"{who} has the robot", now)
             return
-        silence = self._silence(now)
+        patience = self._safety.config.patience
+        silence = patience.silence(self._client, self._alive, self._age, now)
         if self._moving is None:
             self._begin_next(now, stamp, condition)
         if self._moving is None:
@@ -229,17 +230,6 @@ class StepQueue:
         """Return the newest estimate unless it is of a time that the wheels have forgotten."""
         estimate = self._estimate
         return None if estimate is None or stamp - estimate.stamp > SECOND else estimate
-
-    def _silence(self, now: int) -> str | None:
-        """Return why the client counts as gone at a time [ns]; None if it does not."""
-        config = self._safety.config
-        patience = config.stale.refuse or config.lease
-        age = self._age + now - self._alive if self._age else 0
-        if age > patience:
-            return f"{self._client} has not answered pings for {age / SECOND:.1f} s"
-        if (quiet := now - self._alive + config.tick) > config.watchdog:
-            return f"no sign of {self._client} for {quiet / SECOND:.2f} s"
-        return None
 
     def _released(self, now: int) -> str | None:
         """Return why the deadman counts as let go at a time [ns]; None if it does not."""

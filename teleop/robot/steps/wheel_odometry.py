@@ -34,7 +34,6 @@ class WheelOdometry:
 
     def __init__(self, robot: SkidSteer) -> None:
         self._track = robot.effective_track
-        self._stamp = 0
         self._ways: deque[tuple[int, Way]] = deque([(0, Way())])
         self.speed = 0.0
         """Greater rim speed of both sides in the newest reading [m/s]."""

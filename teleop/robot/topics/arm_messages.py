@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from typing import Any, Final
+from typing import Final
 
 import numpy as np
 
 from localization.geometry import FloatArray
 from localization.logs.ros_geometry import pose_to_dict, transform_to_dict
 from localization.logs.ros_stamps import stamp_to_dict
-from localization.types import SECOND, Pose
+from localization.types import SECOND
 from robot_sim.arm.arm_table import ArmTable
 from robot_sim.arm.parts import arm_bodies, placed
 from teleop.robot.arm.arm_fit import ArmFit
@@ -18,7 +17,7 @@ from teleop.robot.arm.arm_state import ArmState
 from teleop.robot.arm.goal_results import TimedPath
 from teleop.robot.tick_record import DriveRecord, EstimateRecord
 from teleop.robot.topics import estimate_messages as estimate
-from teleop.robot.topics.message_parts import Message, Messages, header
+from teleop.robot.topics.message_parts import Message, Messages, array, header
 
 _SELDOM: Final = 100_000_000
 """Time between two states of an arm that stands still [ns]."""
@@ -71,14 +70,14 @@ def joint_degrees(tick: DriveRecord) -> Messages:
     arm = tick.arm
     if arm is None:
         return ()
-    return (_array(np.append(np.degrees(arm.wanted), _GRIPPER_DEGREES * arm.wanted_share)),)
+    return (array(np.append(np.degrees(arm.wanted), _GRIPPER_DEGREES * arm.wanted_share)),)
 
 
 def servo_pulses(tick: DriveRecord) -> Messages:
     """Return the widths of the servos' pulses [us]."""
     if tick.arm is None:
         return ()
-    return (_array(np.rint(tick.arm.pulses).astype(np.uint16)),)
+    return (array(np.rint(tick.arm.pulses).astype(np.uint16)),)
 
 
 def feedback(tick: DriveRecord) -> Messages:
@@ -166,11 +165,3 @@ def point(
 
 def _due(arm: ArmState) -> bool:
     return arm.moving or arm.stamp % _SELDOM == 0
-
-
-def _array(data: Sequence[Any] | np.ndarray[Any, Any]) -> Message:
-    return {"layout": {"dim": [], "data_offset": 0}, "data": data}
-
-
-def _pose(matrix: FloatArray) -> Pose:
-    return Pose.from_rotation(matrix[:3, 3], matrix[:3, :3])

@@ -12,10 +12,7 @@ from localization.maps.cloud import Cloud
 from localization.monitoring.health import horizontal_sigma
 from localization.types import Estimate, Mounts, Pose
 from teleop.robot.tick_record import EstimateRecord
-from teleop.robot.topics.message_parts import Message, Messages, header, odometry
-
-_FLOAT32 = 7
-"""``sensor_msgs/PointField.FLOAT32``."""
+from teleop.robot.topics.message_parts import Message, Messages, header, odometry, point_cloud
 
 
 def ros_covariance(estimate: Estimate) -> FloatArray:
@@ -87,23 +84,8 @@ def local_cloud(tick: EstimateRecord) -> Messages:
     table[:, :3] = e.map_from_base.apply(e.sweep.points)
     table[:, 4] = e.match.distances
     names = ("x", "y", "z", "intensity", "distance")
-    fields = [
-        {"name": name, "offset": 4 * i, "datatype": _FLOAT32, "count": 1}
-        for i, name in enumerate(names)
-    ]
-    return (
-        {
-            "header": header(e.sweep.stamp, "map"),
-            "height": 1,
-            "width": len(table),
-            "fields": fields,
-            "is_bigendian": False,
-            "point_step": 20,
-            "row_step": 20 * len(table),
-            "data": table.tobytes(),
-            "is_dense": bool(np.isfinite(table).all()),
-        },
-    )
+    dense = bool(np.isfinite(table).all())
+    return (point_cloud(e.sweep.stamp, "map", names, table.tobytes(), dense=dense),)
 
 
 def thinner_cloud(cloud: Message, share: float) -> Message:

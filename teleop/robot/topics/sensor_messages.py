@@ -13,7 +13,7 @@ from localization.logs.motion_messages import inertial_message, wheels_message
 from localization.types import Scan, WheelSpeeds
 from teleop.robot.tick_record import DriveRecord
 from teleop.robot.topics.arm_joints import arm_joints_message
-from teleop.robot.topics.message_parts import Message, Messages, header
+from teleop.robot.topics.message_parts import Message, Messages, array, header
 
 
 def scans_of(scanner: str) -> Callable[[DriveRecord], Messages]:
@@ -60,7 +60,7 @@ def firmware_packet(tick: DriveRecord) -> Messages:
     """Return the standard packet of a controller with firmware, if one was due."""
     if tick.packet is None:
         return ()
-    return ({"layout": {"dim": [], "data_offset": 0}, "data": tick.packet.to_bytes()},)
+    return (array(tick.packet.to_bytes()),)
 
 
 def _scan(scan: Scan) -> Message:

@@ -13,7 +13,7 @@ from teleop.pictures.picture_hub import PictureHub
 from teleop.robot.audit.audit_log import AuditLog
 from teleop.robot.clients.whoami_service import may_drive
 from teleop.robot.serving.serve_config import ServeConfig
-from teleop.robot.tick_record import DriveRecord, EstimateRecord, TickRecord
+from teleop.robot.tick_record import DriveRecord, EstimateRecord
 from teleop.robot.topics.message_parts import Message
 from teleop.robot.topics.topic_table import MAP_INFO, Interface
 from teleop.robot.video.pose_memory import PoseMemory
@@ -22,7 +22,7 @@ from teleop.rosbridge.server.http_server import HttpServer
 from teleop.rosbridge.server.server import Server
 from teleop.video.cam_sources import announce, base_address, cam_sources
 from teleop.video.photographs.photo_folder import PhotoFolder
-from teleop.video.photographs.photo_pages import PhotoEvent, PhotoPages
+from teleop.video.photographs.photo_pages import PhotoPages
 from teleop.video.photographs.photographer import QUALITY, PhotoContext, Photographer
 from teleop.video.tickets import Tickets
 from teleop.video.video_pages import VideoPages
@@ -78,7 +78,8 @@ class RobotVideo:
         whole = PictureFormat(topics[0].source, "jpeg", *size, QUALITY)
         folder = PhotoFolder(config.photos)
         self._photographer = Photographer(folder, whole, pages.next_picture, around)
-        photos = PhotoPages(self._photographer, access, whole.topic, may_drive, self._note)
+        note = None if audit is None else audit.photo
+        photos = PhotoPages(self._photographer, access, whole.topic, may_drive, note)
         photos.add_to(server)
         self._further: HttpServer | None = None
         if config.video_port is not None:
@@ -87,10 +88,6 @@ class RobotVideo:
             pages.add_to(handlers, index="/")
             access.add_page(handlers)
             self._further = HttpServer(server, config.video_port, handlers)
-
-    def _note(self, event: PhotoEvent) -> None:
-        if self._audit is not None:
-            self._audit.photo(event.client, event.access, event.photo, event.refused)
 
     def _refused(self, request: HttpRequest, why: str) -> None:
         if self._audit is not None:
@@ -103,11 +100,6 @@ class RobotVideo:
     def estimated(self, tick: EstimateRecord) -> None:
         """Note where the robot is."""
         self._poses.estimated(tick)
-
-    def ticked(self, tick: TickRecord) -> None:
-        """Note both."""
-        self.driven(tick.drive)
-        self.estimated(tick.estimation)
 
     async def start(self) -> str:
         """Listen on the further port, and announce the streams; the robot's server has started.

@@ -7,15 +7,13 @@ import re
 from itertools import count
 from typing import Any, Final
 
-import numpy as np
-
-from localization.logs.ros_geometry import pose_from_message, pose_to_dict, vector_to_dict
-from localization.logs.ros_stamps import stamp_to_dict
-from localization.types import InvalidReadingError, Pose
+from localization.logs.ros_geometry import pose_from_message, pose_to_dict
+from localization.types import InvalidReadingError, Pose, Twist
+from teleop.robot.topics.message_parts import header, twist_to_dict
 from teleop.robot.world_control.answers import Answer, Request, answered
 from teleop.robot.world_control.entity_filters import has_tags, matching
-from teleop.robot.world_control.interface import WorldControl
 from teleop.robot.world_control.results import Code, ControlError, result
+from teleop.robot.world_control.simulated_entities import SimulatedWorld
 
 _FRAMES: Final = ("", "map", "world")
 """Names of the world's frame."""
@@ -25,7 +23,7 @@ _NAME: Final = re.compile(r"[A-Za-z][A-Za-z0-9_]{0,63}")
 class EntityServices:
     """Answers what concerns the entities of a world."""
 
-    def __init__(self, control: WorldControl) -> None:
+    def __init__(self, control: SimulatedWorld) -> None:
         """Answer for a world."""
         self._control = control
 
@@ -138,16 +136,10 @@ class EntityServices:
     def _state_of(self, name: str) -> Request:
         motion = self._control.motion(name)
         return {
-            "header": {"stamp": stamp_to_dict(self._control.stamp), "frame_id": "map"},
+            "header": header(self._control.stamp, "map"),
             "pose": pose_to_dict(motion.map_from_entity),
-            "twist": {
-                "linear": vector_to_dict(motion.twist.linear),
-                "angular": vector_to_dict(motion.twist.angular),
-            },
-            "acceleration": {
-                "linear": vector_to_dict(np.zeros(3)),
-                "angular": vector_to_dict(np.zeros(3)),
-            },
+            "twist": twist_to_dict(motion.twist),
+            "acceleration": twist_to_dict(Twist.planar(0.0, 0.0)),
         }
 
     def _known(self, name: str) -> str:

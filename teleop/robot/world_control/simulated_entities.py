@@ -1,7 +1,8 @@
-"""Entities of a simulation: the robot, and the spare boxes and people that were spawned."""
+"""A simulated world as testers control it: the robot, and the spare boxes and people that were spawned."""
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping
 
 import numpy as np
@@ -12,7 +13,7 @@ from robot_sim.floorplan.plan import Placement
 from robot_sim.layout.footprints import Footprint
 from robot_sim.standing_pose import standing_pose
 from teleop.robot.world_control.interface import Entity, Motion, Spawnable
-from teleop.robot.world_control.results import Category, Code, ControlError, Scope
+from teleop.robot.world_control.results import Category, Code, ControlError, Scope, State
 
 ROBOT = "robot"
 """Name of the robot among the entities."""
@@ -21,8 +22,8 @@ _UPRIGHT = 0.1
 _REST = Twist(np.zeros(3), np.zeros(3))
 
 
-class SimulatedEntities:
-    """A ``WorldControl`` but for whether time goes on; owns the names of what was spawned."""
+class SimulatedWorld(ABC):
+    """Owns the names of what was spawned; every refusal is a ``ControlError``. Subclasses say whether time goes on."""
 
     def __init__(self, simulation: Simulation, carried: Callable[[], object]) -> None:
         """Take the simulation; ``carried`` is called when the robot has been set down elsewhere."""
@@ -32,17 +33,31 @@ class SimulatedEntities:
 
     @property
     def name(self) -> str:
-        """See ``WorldControl.name``."""
+        """Name of the world."""
         return self._sim.world.name
 
     @property
     def stamp(self) -> int:
-        """See ``WorldControl.stamp``."""
+        """Robot time [ns]."""
         return self._sim.stamp
 
     @property
+    @abstractmethod
+    def state(self) -> State:
+        """Whether time goes on."""
+
+    @property
+    @abstractmethod
+    def states(self) -> frozenset[State]:
+        """States that can be set."""
+
+    @abstractmethod
+    def set_state(self, state: State) -> None:
+        """Let time go on, or pause it; only states of ``states`` are asked for."""
+
+    @property
     def entities(self) -> Mapping[str, Entity]:
-        """See ``WorldControl.entities``."""
+        """The robot, and what was spawned, by name."""
         found = {ROBOT: Entity(ROBOT, Category.ROBOT, self._robot_text, ("mobile_robot",))}
         for name, spare in self._spawned.items():
             found[name] = Entity(name, _category(spare), _text(spare), (spare.kind, "spawned"))
@@ -54,7 +69,7 @@ class SimulatedEntities:
         return f"skid-steer robot {robot.length:g} m long; its frame is base_link"
 
     def motion(self, name: str) -> Motion:
-        """See ``WorldControl.motion``."""
+        """Return where an entity of ``entities`` is."""
         if name == ROBOT:
             truth = self._sim.truth()
             rotation = truth.map_from_base.rotation
@@ -65,19 +80,19 @@ class SimulatedEntities:
         return Motion(pose, _REST)
 
     def move(self, name: str, map_from_entity: Pose) -> None:
-        """See ``WorldControl.move``."""
+        """Put an entity of ``entities`` down at rest elsewhere; it stands on the ground, and only turns about z."""
         self._put(name, map_from_entity, Code.POSE_INVALID)
 
     @property
     def spawnables(self) -> Mapping[str, Spawnable]:
-        """See ``WorldControl.spawnables``."""
+        """What can be spawned, by its address."""
         return {
             _uri(spare): Spawnable(_uri(spare), _category(spare), _text(spare), spare.size)
             for spare in self._sim.world.spares
         }
 
     def spawn(self, uri: str, name: str, map_from_entity: Pose) -> None:
-        """See ``WorldControl.spawn``."""
+        """Put something of ``spawnables`` down, under a name that nothing has yet."""
         spares = self._sim.spares
         free = [spare for spare in spares.parked if _uri(spare) == uri]
         if not free:
@@ -93,13 +108,13 @@ class SimulatedEntities:
             raise
 
     def remove(self, name: str) -> None:
-        """See ``WorldControl.remove``."""
+        """Take a spawned entity away."""
         if name == ROBOT:
             raise ControlError(Code.FAILED, "the robot cannot be deleted; only what was spawned")
         self._sim.spares.remove(self._spawned.pop(name).name)
 
     def reset(self, scope: Scope) -> None:
-        """See ``WorldControl.reset``."""
+        """Put the robot at its start (``Scope.STATE``), or take away what was spawned (``Scope.SPAWNED``), or both."""
         if Scope.SPAWNED in scope:
             for name in list(self._spawned):
                 self.remove(name)
@@ -111,7 +126,7 @@ class SimulatedEntities:
 
     @property
     def named_poses(self) -> Mapping[str, tuple[Pose, tuple[str, ...]]]:
-        """See ``WorldControl.named_poses``."""
+        """Poses that the world knows by name, each with its tags."""
         world = self._sim.world
         spawns = {name: (pose, ("spawn",)) for name, pose in world.spawns.items()}
         return {

@@ -6,8 +6,8 @@ from collections.abc import Callable
 from typing import Final
 
 from teleop.robot.world_control.answers import Answer, Request
-from teleop.robot.world_control.interface import WorldControl
 from teleop.robot.world_control.results import Code, ControlError, Scope, State
+from teleop.robot.world_control.simulated_entities import SimulatedWorld
 
 _ALL: Final = Scope.TIME | Scope.STATE | Scope.SPAWNED
 _OFFERED: Final = Scope.STATE | Scope.SPAWNED
@@ -20,7 +20,7 @@ class StateServices:
     """Answers what concerns a world as a whole."""
 
     def __init__(
-        self, control: WorldControl, require_rest: Callable[[], object] = lambda: None
+        self, control: SimulatedWorld, require_rest: Callable[[], object] = lambda: None
     ) -> None:
         """Answer for a world; ``require_rest`` raises a ControlError while it must not be changed."""
         self._control, self._require_rest = control, require_rest
@@ -64,12 +64,10 @@ class StateServices:
         return {}
 
     def _world(self, request: Request) -> Request:
-        name = self._control.name
-        return {
-            "world": {
-                "name": name,
-                "world_resource": {"uri": name, "resource_string": ""},
-                "description": "",
-                "tags": [],
-            }
-        }
+        return {"world": world_resource(self._control.name)}
+
+
+def world_resource(name: str) -> Request:
+    """Return the ``WorldResource`` of a world."""
+    resource = {"uri": name, "resource_string": ""}
+    return {"name": name, "world_resource": resource, "description": "", "tags": []}

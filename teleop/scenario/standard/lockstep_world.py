@@ -7,18 +7,22 @@ from collections.abc import Callable
 
 from robot_sim import SimulationError
 from teleop.robot.stepped_robot import SteppedRobot
-from teleop.robot.world_control.interface import SteppingOver, StepsDone
 from teleop.robot.world_control.results import State
-from teleop.robot.world_control.simulated_entities import SimulatedEntities
+from teleop.robot.world_control.simulated_entities import SimulatedWorld
+
+StepsDone = Callable[[int], object]
+"""Receives the number of steps so far."""
+SteppingOver = Callable[[str], object]
+"""Receives why stepping ended early; an empty text if it did not."""
 
 
-class LockstepWorld(SimulatedEntities):
-    """A ``WorldControl``; between two steps other clients are served, where there is an event loop."""
+class LockstepWorld(SimulatedWorld):
+    """Its time is paused, and advanced by steps; between two of them other clients are served, where there is an event loop."""
 
     state = State.PAUSED
-    """See ``WorldControl.state``."""
+    """Whether time goes on."""
     states = frozenset({State.PAUSED})
-    """See ``WorldControl.states``."""
+    """States that can be set."""
 
     def __init__(self, stepped: SteppedRobot) -> None:
         """Control a robot and its server."""
@@ -26,10 +30,14 @@ class LockstepWorld(SimulatedEntities):
         self._stepped = stepped
 
     def set_state(self, state: State) -> None:
-        """See ``WorldControl.set_state``; there is no other than the present one."""
+        """Do nothing: there is no other state than the present one."""
 
     def step(self, steps: int, done: StepsDone, over: SteppingOver) -> Callable[[], object]:
-        """See ``WorldControl.step``."""
+        """Advance paused time by steps of a tick; call ``done`` after each, ``over`` after the last.
+
+        Returns:
+            Ends the stepping early, after the step under way.
+        """
         stopped = False
 
         def stop() -> None:

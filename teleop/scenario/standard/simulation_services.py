@@ -11,10 +11,10 @@ from typing import Final
 from teleop.robot.topics.topic_table import SIMULATION_ACTION, SIMULATION_SERVICES
 from teleop.robot.world_control.answers import Answer, Request, answered, refuser
 from teleop.robot.world_control.entity_services import EntityServices
-from teleop.robot.world_control.interface import SteppableWorld
 from teleop.robot.world_control.results import Feature
 from teleop.robot.world_control.state_services import StateServices
 from teleop.scenario.standard.access import RefereeAccess
+from teleop.scenario.standard.lockstep_world import LockstepWorld
 from teleop.scenario.standard.stepping import Stepping
 
 _OFFERED: Final = (
@@ -44,7 +44,7 @@ _OFFERED: Final = (
 class SimulationServices:
     """Serves a world's control to the referee."""
 
-    def __init__(self, access: RefereeAccess, control: SteppableWorld) -> None:
+    def __init__(self, access: RefereeAccess, control: LockstepWorld) -> None:
         """Offer the services; ``access`` watches the protocol already."""
         self._stepping = Stepping(control)
         answers: dict[str, Answer] = {

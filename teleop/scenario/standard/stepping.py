@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any, Final
 
-from teleop.robot.world_control.interface import SteppableWorld, StepsDone
 from teleop.robot.world_control.results import Code, ControlError, result
 from teleop.rosbridge.graph.deferred_response import DeferredResponse
 from teleop.rosbridge.graph.goals import Goal
+from teleop.scenario.standard.lockstep_world import LockstepWorld, StepsDone
 
 MAX_STEPS: Final = 500
 """Largest number of steps in one call of the service; ten seconds of robot time."""
@@ -19,7 +19,7 @@ MAX_GOAL: Final = 4_320_000
 class Stepping:
     """Owns the stepping under way: one at a time."""
 
-    def __init__(self, control: SteppableWorld) -> None:
+    def __init__(self, control: LockstepWorld) -> None:
         self._control = control
         self._under_way = False
 

@@ -30,8 +30,6 @@ class Photo:
     """Name of the file."""
     size: int
     """Size of the file [bytes]."""
-    modified: float
-    """When it was written, in Unix time [s]."""
 
 
 class PhotoFolder:
@@ -64,8 +62,7 @@ class PhotoFolder:
                 for entry in entries:
                     if match := _NAME.fullmatch(entry.name):
                         with contextlib.suppress(FileNotFoundError):  # removed meanwhile
-                            info = entry.stat()
-                            photo = Photo(entry.name, info.st_size, info.st_mtime)
+                            photo = Photo(entry.name, entry.stat().st_size)
                             found.append((int(match[1]), photo))
         except FileNotFoundError:
             return []

@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable
-from dataclasses import dataclass
 from http import HTTPStatus
-from typing import Any, Final
+from typing import Any, Final, TypeAlias
 
 from teleop.rosbridge.auth.permissions import UNGUARDED, Access
 from teleop.rosbridge.errors import ServiceError
@@ -30,18 +29,9 @@ _SECOND: Final = 1_000_000_000
 _JSON: Final = {"Content-Type": "application/json", "Cache-Control": "no-store"}
 
 
-@dataclass(frozen=True, slots=True)
-class PhotoEvent:
-    """A photograph that somebody took, or could not take."""
-
-    client: str
-    """Name of the client; over HTTP its network address."""
-    access: Access | None
-    """Its permissions; None if it has none."""
-    photo: str
-    """Name of the photograph; empty if none was taken."""
-    refused: str
-    """Why none was taken; empty if one was."""
+Noted: TypeAlias = Callable[[str, Access | None, str, str], object]
+"""Takes the name of a client, over HTTP its network address, its permissions, the name of the photograph that it took, and why
+it got none; one of the two is empty."""
 
 
 class PhotoPages:
@@ -53,7 +43,7 @@ class PhotoPages:
         access: ViewerAccess,
         topic: str,
         may_take: Callable[[Access], bool],
-        note: Callable[[PhotoEvent], object] = lambda event: None,
+        note: Noted | None = None,
         rate: PhotoRate | None = None,
     ) -> None:
         """Prepare to answer.
@@ -67,7 +57,8 @@ class PhotoPages:
             rate: How often each client may take one; once a second, if not given.
         """
         self._photographer, self._access, self._topic = photographer, access, topic
-        self._may_take, self._note = may_take, note
+        self._may_take = may_take
+        self._note: Noted = note or (lambda client, access, photo, refused: None)
         self._rate = rate or PhotoRate()
 
     def add_to(self, server: Server) -> None:
@@ -127,7 +118,7 @@ class PhotoPages:
             taken = await self._photographer.take(access.holder or request.address)
         except PhotoError as error:
             raise VideoRefusedError(HTTPStatus.SERVICE_UNAVAILABLE, str(error)) from None
-        self._note(PhotoEvent(request.address, access, taken.name, ""))
+        self._note(request.address, access, taken.name, "")
         content = {
             "name": taken.name,
             "url": f"{LIST}/{taken.name}",
@@ -143,19 +134,19 @@ class PhotoPages:
             connection = self._connections.get(client)
             refusal = self._too_soon(access, connection.host if connection else name)
         if refusal:
-            self._note(PhotoEvent(name, access, "", refusal))
+            self._note(name, access, "", refusal)
             raise ServiceError(refusal)
         try:
             taken = await self._photographer.take(name)
         except PhotoError as error:
-            self._note(PhotoEvent(name, access, "", str(error)))
+            self._note(name, access, "", str(error))
             raise ServiceError(str(error)) from None
-        self._note(PhotoEvent(name, access, taken.name, ""))
+        self._note(name, access, taken.name, "")
         return _response(taken)
 
     def _refused(self, request: HttpRequest, why: str) -> None:
         if request.method == "POST":
-            self._note(PhotoEvent(request.address, request.access, "", why))
+            self._note(request.address, request.access, "", why)
         else:
             self._access.refused(request, why)
 

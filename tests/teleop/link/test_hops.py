@@ -92,8 +92,8 @@ async def _publish(server: Server, *, size: int = 0, age: int = 0) -> None:
 
 async def _report(words: tuple[str, ...], *, size: int = 0, age: int = 0) -> LinkReport:
     """Measure over a good link, then over another one."""
-    link = LinkEmulation(LinkConfig.parse(("delay=0.02",)))
-    protocol = Protocol(registry(), frame_delay=link)
+    good = LinkEmulation(LinkConfig.parse(("delay=0.02",)))
+    protocol = Protocol(registry(), frame_delay=good)
     server = Server(protocol, port=0)
     LinkService(server)
     async with server, Client(server.url, reconnect=False) as client:
@@ -102,7 +102,7 @@ async def _report(words: tuple[str, ...], *, size: int = 0, age: int = 0) -> Lin
         async with asyncio.TaskGroup() as tasks:
             measuring = tasks.create_task(measure(client, 4.0, time.perf_counter, (POSE,)))
             await asyncio.sleep(1.5)
-            link.change(LinkConfig.parse(words), server.now)
+            protocol.emulate(LinkEmulation(LinkConfig.parse(words)))
         assert time.perf_counter() - begun < 30.0
         publishing.cancel()
     return measuring.result()

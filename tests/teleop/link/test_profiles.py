@@ -10,7 +10,7 @@ from hypothesis import given, strategies as st
 
 from teleop.errors import SettingError
 from teleop.link.emulation import SECOND, LinkConfig, LinkEmulation
-from teleop.link.profiles import load_profile, profile_names
+from teleop.link.profiles import profile_names
 from teleop.link.recorded_trips import parse_trips
 from teleop.package_data import assets
 
@@ -59,8 +59,9 @@ def test_roaming_holds_up_everything_for_as_long_as_a_cheap_module_takes() -> No
 def test_every_profile_says_where_it_is_from_and_can_be_changed_by_later_words() -> None:
     assert profile_names() == ["geo", "lan", "lte", "starlink", "wifi-roaming"]
     for name in profile_names():
-        assert "source = " in (assets() / "links" / f"{name}.toml").read_text(encoding="utf-8")
-        assert load_profile(name).title
+        text = (assets() / "links" / f"{name}.toml").read_text(encoding="utf-8")
+        assert "source = " in text
+        assert "title = " in text
     assert LinkConfig.parse(("geo", "up.delay=0.1")).up.delay == 0.1
     assert LinkConfig.parse(("geo", "up.delay=0.1")).down.delay == 0.3
 
@@ -123,12 +124,3 @@ def test_a_wrong_recording_is_refused_by_its_line(tmp_path: Path, text: str, rea
 def test_a_recording_that_is_not_there_is_named() -> None:
     with pytest.raises(SettingError, match=r"trips=nowhere\.csv: No such file"):
         LinkConfig.parse(("trips=nowhere.csv",))
-
-
-def test_a_link_that_changes_keeps_what_is_on_its_way_and_the_order() -> None:
-    link = LinkEmulation(LinkConfig.parse(("delay=0.5",)))
-    assert link.arrival(1, 100, 0) == SECOND // 2
-    link.change(LinkConfig.parse(("delay=0.1",)), SECOND // 10)
-    assert link.arrival(1, 100, SECOND // 10) == SECOND // 2, "not before the frame ahead of it"
-    assert link.arrival(1, 100, SECOND) == SECOND + SECOND // 10
-    assert link.arrival(2, 100, SECOND) == SECOND + SECOND // 10, "newcomers meet it as well"

@@ -7,7 +7,7 @@ from typing import Any
 import pytest
 from hypothesis import given, strategies as st
 
-from teleop.link.emulation import SECOND
+from teleop.link.emulation import SECOND, LinkConfig, LinkEmulation
 from teleop.link.timeline import NEVER, LinkPeriod, LinkTimeline
 from teleop.ros_types import registry
 from teleop.rosbridge import Protocol
@@ -168,6 +168,19 @@ def test_end_of_a_connection_takes_the_link_too() -> None:
     assert len(run.protocol.connections) == 1
     run.until(2.0)
     assert len(run.protocol.connections) == 0
+
+
+def test_link_in_the_place_of_another_keeps_what_is_on_its_way_and_the_order() -> None:
+    run = Run(period(0.0, delay=0.5))
+    client = run.connect()
+    run.advertise(client)
+    run.say(client, 1.0)
+    run.until(1.1)
+    run.protocol.emulate(LinkEmulation(LinkConfig.parse(("delay=0.1",))))
+    run.say(client, 1.1)
+    run.say(client, 2.0)
+    run.until(3.0)
+    assert run.came == [(client, 1.0, 1.5), (client, 1.1, 1.5), (client, 2.0, 2.1)]
 
 
 def test_round_trips_show_the_delay_in_force() -> None:

@@ -24,6 +24,7 @@ from localization.types import SECOND, Hint, Twist
 from robot_sim import Simulation, World
 from teleop.joystick import VelocityRequest
 from teleop.operator.display.display import Display
+from teleop.robot.drive import Drive
 from teleop.robot.inbox import DriveCommand, EStop, EStopReset, InboxMessage, PoseHint
 from teleop.robot.robot import Robot
 from teleop.robot.tick_record import TickRecord
@@ -67,7 +68,7 @@ def drive(
         estop: when the e-stop is pressed and when it is released [s].
     """
     simulation = Simulation(world, seed=0)
-    robot = Robot(simulation, Localizer(prepare(cloud, cache=cache), simulation.mounts))
+    robot = Robot(Drive(simulation), Localizer(prepare(cloud, cache=cache), simulation.mounts))
     driver = TourDriver(world.tour)
     hint = station_hint(Station("station"), 0, simulation.truth().map_from_base)
     latched: tuple[Published, ...] = tuple(

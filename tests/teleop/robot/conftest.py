@@ -2,15 +2,29 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from functools import partial
 from pathlib import Path
 
 import pytest
 
 from localization.maps.cloud import Cloud
-from robot_sim import World
+from localization.maps.prepared_map import prepare
+from localization.pipeline.localizer import Localizer
+from robot_sim import Simulation, World
+from teleop.robot.drive import Drive
+from teleop.robot.robot import Robot
 from tests.teleop.robot.served_robots import Serving, served
 from tests.teleop.support import InRealTime, Robots, lockstep, real_time
+
+RobotOf = Callable[[Simulation], Robot]
+
+
+@pytest.fixture(scope="session")
+def robot_of(office_cloud: Cloud, cache: Path) -> RobotOf:
+    """Return a function that makes the robot of a simulation, with the office as its map."""
+    prepared = prepare(office_cloud, cache=cache)
+    return lambda simulation: Robot(Drive(simulation), Localizer(prepared, simulation.mounts))
 
 
 @pytest.fixture

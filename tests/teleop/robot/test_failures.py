@@ -16,7 +16,6 @@ from typing import Any
 
 import numpy as np
 import pytest
-from websockets.asyncio.server import ServerConnection, serve as serve_websocket
 
 from localization.maps.cloud import Cloud
 from localization.maps.map_files import save_cloud
@@ -29,6 +28,7 @@ from teleop.scenario.referee.outcome import ExitStatus
 from teleop.scenario.session.run import run_scenario
 from teleop.scenario.session.station import COMMAND
 from teleop.scenario.tour.options import TourOptions, tour_scenario
+from tests.teleop.robot.served_robots import meeting
 from tests.teleop.support import (
     ROOT,
     InRealTime,
@@ -86,11 +86,7 @@ async def at_full_speed(driver: Peer) -> None:
 
 @in_a_loop
 async def test_garbage_from_another_client_does_not_disturb_the_driver(robots: Robots) -> None:
-    async with (
-        robots() as rig,
-        peer(rig.server.url) as driver,
-        peer(rig.server.url) as rude,
-    ):
+    async with meeting(robots(), 2) as (_, (driver, rude)):
         await at_full_speed(driver)
         for frame in GARBAGE:
             await rude.say(frame)
@@ -291,60 +287,6 @@ BARE = ("--no-viewer",)
 def one_line(text: str) -> str:
     (line,) = text.strip().splitlines()
     return line
-
-
-@asynccontextmanager
-async def echo() -> AsyncIterator[int]:
-    """A WebSocket server that gives back what it gets."""
-
-    async def give_back(connection: ServerConnection) -> None:
-        async for frame in connection:
-            await connection.send(frame)
-
-    async with serve_websocket(give_back, "127.0.0.1", 0) as server:
-        yield int(next(iter(server.sockets)).getsockname()[1])
-
-
-@asynccontextmanager
-async def web_server() -> AsyncIterator[int]:
-    """A server that speaks HTTP and nothing else."""
-
-    async def answer(reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
-        await reader.readuntil(b"\r\n\r\n")
-        writer.write(b"HTTP/1.1 200 OK\r\nContent-Length: 2\r\nConnection: close\r\n\r\nhi")
-        await writer.drain()
-        writer.close()
-
-    async with await asyncio.start_server(answer, "127.0.0.1", 0) as server:
-        yield int(server.sockets[0].getsockname()[1])
-
-
-@asynccontextmanager
-async def nobody() -> AsyncIterator[int]:
-    """A port where nobody listens."""
-    with socket.create_server(("127.0.0.1", 0)) as holder:
-        port = int(holder.getsockname()[1])
-    yield port
-
-
-@pytest.mark.parametrize(
-    ("there", "complaint"),
-    [
-        (nobody, "no server listens at"),
-        (echo, "is a WebSocket server, but does not speak rosbridge"),
-        (web_server, "is not a rosbridge server"),
-    ],
-)
-def test_operate_names_another_kind_of_server_in_one_line(
-    there: Any, complaint: str, capsys: pytest.CaptureFixture[str]
-) -> None:
-    async def operate() -> int:
-        async with there() as port:
-            return await asyncio.to_thread(main, ["operate", f"ws://127.0.0.1:{port}", *BARE])
-
-    status, err = asyncio.run(operate()), capsys.readouterr().err
-    assert status == 2, err
-    assert complaint in one_line(err)
 
 
 INVALID = ("robot", "http://127.0.0.1:9090", "ws://", "ws://127.0.0.1:0x", "ws://[::1")

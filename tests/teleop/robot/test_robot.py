@@ -2,31 +2,24 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-
 import numpy as np
 import pytest
 
-from localization.maps.cloud import Cloud
-from localization.maps.prepared_map import prepare
-from localization.pipeline.localizer import Localizer
-from localization.types import Hint, Inertial, Pose, Twist
+from localization.types import Hint, Inertial, Pose
 from robot_sim import TICK_NS, Simulation, World
-from teleop.joystick import VelocityRequest
-from teleop.robot.inbox import Disconnected, DriveCommand, EStop, InboxMessage, PoseHint
+from teleop.robot.inbox import Disconnected, EStop, InboxMessage, PoseHint
 from teleop.robot.robot import Robot
 from teleop.robot.safety.control_state import SafetyConfig
 from teleop.robot.tick_record import TickRecord
+from tests.teleop.robot.conftest import RobotOf
+from tests.teleop.robot.sticks import stick
 
-NEUTRAL = DriveCommand("operator", VelocityRequest(Twist.planar(0.0, 0.0), enabled=True))
-FULL = DriveCommand("operator", VelocityRequest(Twist.planar(0.7, 0.0), enabled=True))
+NEUTRAL, FULL = stick("operator", 0.0), stick("operator", 0.7)
 
 
 @pytest.fixture
-def robot(office: World, office_cloud: Cloud, cache: Path) -> Robot:
-    simulation = Simulation(office, seed=0)
-    world = prepare(office_cloud, cache=cache)
-    return Robot(simulation, Localizer(world, simulation.mounts))
+def robot(office: World, robot_of: RobotOf) -> Robot:
+    return robot_of(Simulation(office, seed=0))
 
 
 def drive(robot: Robot, message: InboxMessage | None, ticks: int) -> TickRecord:
@@ -60,9 +53,7 @@ def test_robot_brakes_within_the_promised_distance_from_full_speed(robot: Robot,
         "silence": None,
         "disconnect": Disconnected("operator"),
         "e-stop": EStop("somebody"),
-        "released deadman": DriveCommand(
-            "operator", VelocityRequest(Twist.planar(0.7, 0.0), enabled=False)
-        ),
+        "released deadman": stick("operator", 0.7, enabled=False),
     }
     begun = robot.simulation.stamp
     tick = drive(robot, last[end], 1)
@@ -79,7 +70,7 @@ def test_robot_brakes_within_the_promised_distance_from_full_speed(robot: Robot,
 def test_truth_is_out_of_the_localisers_reach(robot: Robot) -> None:
     """Whatever hangs on the localiser, neither the simulation nor its truth is among it."""
     seen: set[int] = set()
-    todo: list[object] = [robot.localizer]
+    todo: list[object] = [robot.estimation.localizer]
     while todo:
         item = todo.pop()
         if id(item) in seen:

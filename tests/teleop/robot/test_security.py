@@ -36,6 +36,8 @@ from tests.teleop.robot.served_robots import (
     TOKENS,
     VIEWER,
     Serving,
+    audited,
+    signed_in,
     tokens,
 )
 from tests.teleop.rosbridge.auth.test_authentication import certificate
@@ -47,12 +49,7 @@ from tests.teleop.support import ROOT, in_a_loop
 async def test_commands_are_audited_line_by_line_without_secrets(
     serving: Serving, tmp_path: Path
 ) -> None:
-    path = tmp_path / "audit.jsonl"
-    config = ServeConfig(tokens=tokens(tmp_path), audit=path)
-    async with (
-        serving(config) as server,
-        Client(server.url, token=DRIVER) as driver,
-    ):
+    async with signed_in(serving, tmp_path, DRIVER) as (server, (driver,)):
         await driver.advertise("/cmd_vel", "geometry_msgs/Twist")
         await driver.advertise("/initialpose", "geometry_msgs/PoseWithCovarianceStamped")
         for speed in (0.0, 0.5, 0.5, 0.5, 0.25):
@@ -66,9 +63,8 @@ async def test_commands_are_audited_line_by_line_without_secrets(
             await viewer.call("/teleop/estop")
         await driver.publish("/cmd_vel", {"linear": {"x": 0.5}})
         await driver.call("/sim/step", {"ticks": 1})
-    text = path.read_text()
-    lines: list[dict[str, Any]] = [json.loads(line) for line in text.splitlines()]
-    begin, *events = lines
+    text = (tmp_path / "audit.jsonl").read_text()
+    begin, *events = audited(tmp_path)
     assert (begin["what"], begin["scene"]) == ("begin", "office")
     assert [(line["what"], line.get("holder")) for line in events] == [
         ("connected", "driver"),
@@ -128,9 +124,7 @@ ATTEMPTS: tuple[tuple[str, dict[str, Any], str], ...] = (
 
 @in_a_loop
 async def test_rejected_operations_are_audited(serving: Serving, tmp_path: Path) -> None:
-    path = tmp_path / "audit.jsonl"
-    config = ServeConfig(tokens=tokens(tmp_path), audit=path)
-    async with serving(config) as server:
+    async with signed_in(serving, tmp_path) as (server, _):
         for token in (DRIVER, VIEWER):
             headers = {"Authorization": f"Bearer {token}"}
             async with connect(server.url, additional_headers=headers) as client:
@@ -142,7 +136,7 @@ async def test_rejected_operations_are_audited(serving: Serving, tmp_path: Path)
                 await client.send('{"op":"call_service","service":"/rosapi/get_time","id":"end"}')
                 while json.loads(await client.recv()).get("id") != "end":
                     pass
-    lines = [json.loads(line) for line in path.read_text().splitlines()]
+    lines = audited(tmp_path)
     for holder, token in (("driver", DRIVER), ("viewer", VIEWER)):
         events = [line for line in lines if line["what"] == "refused" and line["holder"] == holder]
         tried = [(operation, why) for who, operation, why in ATTEMPTS if who == token]
@@ -159,12 +153,7 @@ async def test_rejected_operations_are_audited(serving: Serving, tmp_path: Path)
 async def test_estop_is_reset_by_its_token_or_an_admin_only(
     serving: Serving, tmp_path: Path
 ) -> None:
-    path = tmp_path / "audit.jsonl"
-    config = ServeConfig(tokens=tokens(tmp_path), audit=path)
-    async with (
-        serving(config) as server,
-        Client(server.url, token=OTHER) as other,
-    ):
+    async with signed_in(serving, tmp_path, OTHER) as (server, (other,)):
         async with Client(server.url, token=DRIVER) as driver:
             await driver.call("/teleop/estop")
             await other.call("/teleop/estop")
@@ -180,7 +169,7 @@ async def test_estop_is_reset_by_its_token_or_an_admin_only(
         async with Client(server.url, token=VIEWER) as viewer:
             with pytest.raises(ServiceCallError, match="role view may not call"):
                 await viewer.call("/teleop/estop_reset")
-    resets = [line for line in path.read_text().splitlines() if '"e-stop reset"' in line]
+    resets = [line for line in audited(tmp_path) if line["what"] == "e-stop reset"]
     assert ["refused" in line for line in resets] == [True, False, False, False]
 
 
@@ -188,22 +177,19 @@ async def test_estop_is_reset_by_its_token_or_an_admin_only(
 async def test_removing_a_token_from_the_file_disconnects_its_client(
     serving: Serving, tmp_path: Path
 ) -> None:
-    path, log = tokens(tmp_path), tmp_path / "audit.jsonl"
-    config = ServeConfig(tokens=path, audit=log)
-    async with (
-        serving(config) as server,
-        Client(server.url, token=OTHER) as other,
-    ):
+    async with signed_in(serving, tmp_path, OTHER) as (server, (other,)):
         driver = Client(server.url, token=DRIVER, reconnect=False)
         await driver.connect()
         await driver.call("/teleop/take_over")
-        path.write_text(TOKENS.replace(DRIVER, "some-other-token-of-the-driver"))
+        (tmp_path / "tokens.toml").write_text(
+            TOKENS.replace(DRIVER, "some-other-token-of-the-driver")
+        )
         os.kill(os.getpid(), signal.SIGHUP)  # it would be seen within two seconds anyway
         await until(lambda: not driver.connected)
         await driver.close()
         await other.call("/sim/step", {"ticks": 1})
         assert other.connected
-    lines = [json.loads(line) for line in log.read_text().splitlines()]
+    lines = audited(tmp_path)
     (read,) = (line for line in lines if line["what"] == "tokens read again")
     (name,) = (
         line["client"]

@@ -8,15 +8,14 @@ import pytest
 
 from localization.maps.cloud import Cloud
 from localization.maps.prepared_map import prepare
-from localization.types import Twist
 from robot_sim import TICK_NS, World
-from teleop.joystick import VelocityRequest
 from teleop.robot.assembly import RobotParts, build_stepped_robot
-from teleop.robot.inbox import DriveCommand, EStop
+from teleop.robot.inbox import EStop
 from teleop.robot.serving.serve_config import ServeConfig
 from teleop.robot.stepped_robot import SteppedRobot
 from teleop.robot.tick_record import TickRecord
 from teleop.scenario.operators.memory_transport import MemoryTransport
+from tests.teleop.robot.sticks import stick
 
 
 @pytest.fixture
@@ -40,7 +39,7 @@ def test_tick_takes_what_clients_want_and_hands_its_record_to_each_observer(
 
 
 def test_other_inbox_replaces_what_clients_want(stepped: SteppedRobot) -> None:
-    neutral = DriveCommand("bob", VelocityRequest(Twist.planar(0.0, 0.0), enabled=True))
+    neutral = stick("bob", 0.0)
     stepped.adapter.wishes.post(EStop("ann"))
     stepped.inbox = lambda: (neutral,)
     tick = stepped.tick()

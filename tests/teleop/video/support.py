@@ -94,6 +94,11 @@ class VideoRig:
     """Bytes by which each picture is made longer, as a comment would."""
     encoded: list[PictureFormat] = field(default_factory=list)
 
+    @property
+    def port(self) -> int:
+        """Where it is served."""
+        return self.server.port
+
     def show(self, *, late: int = 0) -> None:
         """Have the camera see the next picture, or one that is late by some time [ns]."""
         self.number += 1

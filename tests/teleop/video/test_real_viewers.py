@@ -40,7 +40,7 @@ async def test_a_reader_of_chunks_finds_pictures_by_their_first_bytes_and_the_bo
     tmp_path: Path,
 ) -> None:
     async with video(tmp_path) as rig:
-        reader, writer = await asyncio.open_connection("127.0.0.1", rig.server.port)
+        reader, writer = await asyncio.open_connection("127.0.0.1", rig.port)
         writer.write(f"GET {STREAM} HTTP/1.1\r\nHost: 127.0.0.1\r\n\r\n".encode())
         shown: list[bytes] = []
         received = b""
@@ -68,7 +68,7 @@ async def test_ffmpeg_recognises_the_stream_by_itself(tmp_path: Path) -> None:
             return stream.format.name, sizes, seen
 
     async with video(tmp_path) as rig:
-        found = await soon(asyncio.to_thread(watch, rig.server.port))
+        found = await soon(asyncio.to_thread(watch, rig.port))
     assert found == ("mpjpeg", {(WIDTH, HEIGHT)}, 20)
 
 
@@ -119,8 +119,9 @@ async def image_of(page: Page) -> Any:
 @in_a_loop
 async def test_chromium_shows_the_stream_on_our_page_and_on_no_other(tmp_path: Path) -> None:
     async with video(tmp_path, period=0.1) as rig, browser_page() as page:
-        port = rig.server.port
-        await page.goto(f"http://127.0.0.1:{port}/stream_viewer?topic={TOPIC}", wait_until="commit")
+        await page.goto(
+            f"http://127.0.0.1:{rig.port}/stream_viewer?topic={TOPIC}", wait_until="commit"
+        )
         # Not by a function that waits in the page: its policy forbids text to become script.
         width = await page.evaluate(
             "() => new Promise(done => { const look = () => { const i = document.images[0];"
@@ -130,19 +131,19 @@ async def test_chromium_shows_the_stream_on_our_page_and_on_no_other(tmp_path: P
         first = await shows(page)
         while ImageChops.difference(first, await shows(page)).getbbox() is None:
             rig.show()
-        img = f'<img src="http://127.0.0.1:{port}/snapshot?topic={TOPIC}">'
+        img = f'<img src="http://127.0.0.1:{rig.port}/snapshot?topic={TOPIC}">'
         async with foreign_page(img) as other:
             for host in ("127.0.0.1", "evil.example"):
                 await page.goto(f"http://{host}:{other}/", wait_until="commit")
                 assert (await image_of(page))[1] == 0, host
         # A name that was pointed at this machine is refused as well.
-        refused = await page.goto(f"http://evil.example:{port}/snapshot?topic={TOPIC}")
+        refused = await page.goto(f"http://evil.example:{rig.port}/snapshot?topic={TOPIC}")
         assert refused is not None
         assert refused.status == 403
-        taken = await page.goto(f"http://127.0.0.1:{port}/snapshot?topic={TOPIC}")
+        taken = await page.goto(f"http://127.0.0.1:{rig.port}/snapshot?topic={TOPIC}")
         assert taken is not None
         assert taken.status == 200
-        assert (await get(port, "/photos")).json == {"photos": []}
+        assert (await get(rig.port, "/photos")).json == {"photos": []}
 
 
 @pytest.mark.slow
@@ -150,7 +151,7 @@ async def test_chromium_shows_the_stream_on_our_page_and_on_no_other(tmp_path: P
 @in_a_loop
 async def test_chromium_plays_webrtc_on_our_page_until_it_is_closed(tmp_path: Path) -> None:
     async with webrtc(tmp_path) as (rig, pages), browser_page() as page:
-        await page.goto(f"http://127.0.0.1:{rig.server.port}/webrtc_viewer")
+        await page.goto(f"http://127.0.0.1:{rig.port}/webrtc_viewer")
         playing = page.evaluate(
             "() => new Promise(done => { const v = document.querySelector('video');"
             " const look = () => v.currentTime > 0 ? done(v.videoWidth) : setTimeout(look, 50);"

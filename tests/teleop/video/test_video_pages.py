@@ -36,7 +36,7 @@ def light(content: bytes, pixel: tuple[int, int]) -> bool:
 
 @in_a_loop
 async def test_a_stream_has_the_form_of_web_video_server(tmp_path: Path) -> None:
-    async with video(tmp_path) as rig, viewer(rig.server.port, STREAM) as watching:
+    async with video(tmp_path) as rig, viewer(rig.port, STREAM) as watching:
         assert watching.status == 200
         kind = "multipart/x-mixed-replace;boundary=boundarydonotcross"
         assert watching.headers["content-type"] == kind
@@ -59,7 +59,7 @@ async def test_the_boundary_follows_each_picture_at_once(tmp_path: Path) -> None
     # Readers that wait for it would otherwise show each picture when the next one comes.
     async with (
         video(tmp_path, filming=False) as rig,
-        viewer(rig.server.port, STREAM) as watching,
+        viewer(rig.port, STREAM) as watching,
     ):
         await watching.reader.readuntil(b"--boundarydonotcross\r\n")
         rig.show()
@@ -70,7 +70,7 @@ async def test_the_boundary_follows_each_picture_at_once(tmp_path: Path) -> None
 async def test_a_stream_of_a_lower_rate_has_nothing_drawn_between_its_pictures(
     tmp_path: Path,
 ) -> None:
-    async with video(tmp_path) as rig, viewer(rig.server.port, f"{STREAM}&rate=5") as watching:
+    async with video(tmp_path) as rig, viewer(rig.port, f"{STREAM}&rate=5") as watching:
         await watching.reader.readuntil(b"--boundarydonotcross\r\n")
         begun = asyncio.get_running_loop().time()
         for _ in range(3):
@@ -84,12 +84,11 @@ async def test_a_stream_of_a_lower_rate_has_nothing_drawn_between_its_pictures(
 @in_a_loop
 async def test_size_quality_and_invert_are_those_of_the_address(tmp_path: Path) -> None:
     async with video(tmp_path) as rig:
-        port = rig.server.port
         address = f"/snapshot?topic={TOPIC[1:]}&width=80&height=40&quality=10&invert"
-        small = await get(port, address)
+        small = await get(rig.port, address)
         assert picture(small.body).size == (80, 40)
         assert light(small.body, (79, 39))  # the bar's beginning
-        large = await get(port, f"/snapshot?topic={TOPIC}")
+        large = await get(rig.port, f"/snapshot?topic={TOPIC}")
         assert picture(large.body).size == (WIDTH, HEIGHT)
         assert light(large.body, (0, 0))
         assert len(large.body) > 2 * len(small.body)
@@ -112,7 +111,7 @@ REFUSED = [
 async def test_what_is_not_there_is_refused_in_one_line(tmp_path: Path) -> None:
     async with video(tmp_path) as rig:
         for query, status, line in REFUSED:
-            answer = await get(rig.server.port, f"/stream?{query}")
+            answer = await get(rig.port, f"/stream?{query}")
             assert (answer.status, answer.line.startswith(line)) == (status, True), answer.line
             assert answer.body.count(b"\n") == 1
             assert not rig.hub.wanted
@@ -121,7 +120,7 @@ async def test_what_is_not_there_is_refused_in_one_line(tmp_path: Path) -> None:
 @in_a_loop
 async def test_a_snapshot_is_never_a_picture_from_before_the_request(tmp_path: Path) -> None:
     async with video(tmp_path, filming=False) as rig:
-        asked = asyncio.create_task(get(rig.server.port, f"/snapshot?topic={TOPIC}"))
+        asked = asyncio.create_task(get(rig.port, f"/snapshot?topic={TOPIC}"))
         await soon(until(lambda: bool(rig.hub.wanted)))
         before = rig.stamp
         rig.show(late=2 * PERIOD)
@@ -140,7 +139,7 @@ async def test_a_snapshot_without_a_camera_that_sees_is_answered(
 ) -> None:
     monkeypatch.setattr(video_pages, "SNAPSHOT_TIMEOUT", 0.1)
     async with video(tmp_path, filming=False) as rig:
-        answer = await get(rig.server.port, f"/snapshot?topic={TOPIC}")
+        answer = await get(rig.port, f"/snapshot?topic={TOPIC}")
         assert (answer.status, answer.line.startswith("no picture came within")) == (504, True)
         assert not rig.hub.wanted
 
@@ -148,15 +147,15 @@ async def test_a_snapshot_without_a_camera_that_sees_is_answered(
 @in_a_loop
 async def test_viewer_and_list_lead_to_the_streams(tmp_path: Path) -> None:
     async with video(tmp_path) as rig, further_port(rig) as port:
-        page = await get(rig.server.port, f"/stream_viewer?topic={TOPIC}&quality=50")
+        page = await get(rig.port, f"/stream_viewer?topic={TOPIC}&quality=50")
         assert page.headers["content-type"] == "text/html; charset=utf-8"
         assert "script-src" not in page.headers["content-security-policy"]
         assert f'<img src="/stream?topic={TOPIC}&amp;quality=50"' in page.line
-        for number, path in ((rig.server.port, "/streams"), (port, "/")):
+        for number, path in ((rig.port, "/streams"), (port, "/")):
             listed = await get(number, path)
             assert f'<a href="/stream_viewer?topic={TOPIC}">{TOPIC}</a>' in listed.line
             assert '<a href="/snapshot?topic=/camera/depth/image_raw">' in listed.line
-        evil = await get(rig.server.port, "/stream_viewer?topic=/camera/rgb/image_raw&quality=%22")
+        evil = await get(rig.port, "/stream_viewer?topic=/camera/rgb/image_raw&quality=%22")
         assert evil.status == 400
         async with viewer(port, STREAM) as watching:
             assert picture((await soon(watching.next())).data).size == (WIDTH, HEIGHT)
@@ -168,10 +167,9 @@ async def test_a_viewer_that_stalls_costs_the_others_nothing_and_gets_the_newest
 ) -> None:
     async with video(tmp_path, filming=False) as rig:
         rig.padding = 60_000
-        port = rig.server.port
         async with (
-            viewer(port, STREAM, buffer=65_536) as stalled,
-            viewer(port, STREAM, buffer=65_536) as watching,
+            viewer(rig.port, STREAM, buffer=65_536) as stalled,
+            viewer(rig.port, STREAM, buffer=65_536) as watching,
         ):
             seen = []
             for _ in range(60):
@@ -190,24 +188,23 @@ async def test_a_viewer_that_stalls_costs_the_others_nothing_and_gets_the_newest
 @in_a_loop
 async def test_at_most_four_sizes_and_qualities_are_encoded_each_once(tmp_path: Path) -> None:
     async with video(tmp_path) as rig, AsyncExitStack() as stack:
-        port = rig.server.port
         for quality in (20, 30, 40, 50, 50, 30):
             address = f"/stream?topic={TOPIC}&quality={quality}"
-            await stack.enter_async_context(viewer(port, address))
+            await stack.enter_async_context(viewer(rig.port, address))
         assert {wanted.quality for wanted in rig.hub.wanted} == {20, 30, 40, 50}
-        refused = await get(port, f"/stream?topic={TOPIC}&quality=60")
+        refused = await get(rig.port, f"/stream?topic={TOPIC}&quality=60")
         assert refused.status == 503
         assert "4 sizes and qualities are watched already, ask for one of these" in refused.line
         assert "quality=20&width=160&height=120" in refused.line
         # Raw and rectified colours are the same pictures.
         same = await stack.enter_async_context(
-            viewer(port, "/stream?topic=/camera/rgb/image_raw&quality=20")
+            viewer(rig.port, "/stream?topic=/camera/rgb/image_raw&quality=20")
         )
         assert same.status == 200
         rig.encoded.clear()
         rig.show()
         assert len(rig.encoded) == 4
-        assert (await get(port, f"/snapshot?topic={TOPIC}&quality=50")).status == 200
+        assert (await get(rig.port, f"/snapshot?topic={TOPIC}&quality=50")).status == 200
 
 
 @in_a_loop
@@ -215,16 +212,15 @@ async def test_viewers_of_an_address_are_limited_and_make_room_when_they_leave(
     tmp_path: Path,
 ) -> None:
     async with video(tmp_path) as rig, AsyncExitStack() as stack:
-        port = rig.server.port
-        watching = [await stack.enter_async_context(viewer(port, STREAM)) for _ in range(10)]
-        refused = await get(port, STREAM)
+        watching = [await stack.enter_async_context(viewer(rig.port, STREAM)) for _ in range(10)]
+        refused = await get(rig.port, STREAM)
         assert (refused.status, refused.line) == (
             429,
             "10 viewers of this address watch already: close one",
         )
         watching[0].close()
         for _ in range(100):
-            answer = await get(port, f"/snapshot?topic={TOPIC}&quality=30")
+            answer = await get(rig.port, f"/snapshot?topic={TOPIC}&quality=30")
             if answer.status == 200:
                 return
         pytest.fail(answer.line)
@@ -241,8 +237,8 @@ async def test_pages_of_other_origins_get_no_pictures(tmp_path: Path) -> None:
             {"host": "evil.example:9090"},
         ):
             for path in (f"/snapshot?topic={TOPIC}", "/streams", "/photos"):
-                answer = await get(rig.server.port, path, **headers)
+                answer = await get(rig.port, path, **headers)
                 assert answer.status == 403, headers
                 assert "access-control-allow-origin" not in answer.headers
-            assert (await get(rig.server.port, "/photos", "POST", **headers)).status == 403
+            assert (await get(rig.port, "/photos", "POST", **headers)).status == 403
             assert not rig.hub.wanted

@@ -2,19 +2,33 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
 
 from robot_sim.arm.arm_table import load_arm
+from robot_sim.arm.clearance import Clearance
+from robot_sim.arm.kinematics import Kinematics
+from robot_sim.arm.obstacles import Box
 from teleop.robot.arm.arm_state import ArmState
 from teleop.robot.tick_record import DriveRecord
 from tests.teleop.robot.steps.support import StepClient, StepRig
 
 TABLE = load_arm()
 JOINTS = [joint.name for joint in TABLE.joints]
-STOW = np.array(TABLE.poses["stow"])
+STOW, READY = np.array(TABLE.poses["stow"]), np.array(TABLE.poses["ready"])
+LOWER, UPPER = np.array(TABLE.lower), np.array(TABLE.upper)
+MOUNT = TABLE.mounts["bracket"]
+KINEMATICS = Kinematics(TABLE)
+READY_TIP = KINEMATICS.tip(READY)
+
+
+def among(*boxes: Box) -> Clearance:
+    """Return what measures distances to boxes."""
+    clearance = Clearance(TABLE)
+    clearance.surround(boxes)
+    return clearance
 
 
 class ArmRig:
@@ -30,6 +44,18 @@ class ArmRig:
     def tick(self, ticks: int = 1) -> ArmState:
         """Advance the robot; return the arm after it."""
         return arm_of(self.rig.tick(ticks))
+
+    def hold(self, ticks: int, command: Callable[[], object]) -> ArmState:
+        """Give a command before each tick; return the arm after the last."""
+        for _ in range(ticks):
+            command()
+            state = self.tick()
+        return state
+
+    def result(self, client: ArmClient, identity: str) -> dict[str, Any]:
+        """Wait for the result of a goal."""
+        self.until(lambda: client.ended(identity))
+        return client.client.result(identity)
 
     def until(self, true: Any, *, seconds: float = 10.0) -> ArmState:
         """Advance the robot until something holds."""
@@ -86,6 +112,11 @@ class ArmClient:
             args=values,
             feedback=True,
         )
+
+    def ended(self, identity: str) -> bool:
+        """Return whether a goal has a result."""
+        received = self.client.received
+        return any(o["op"] == "action_result" and o["id"] == identity for o in received)
 
     def call(self, service: str, **values: Any) -> Mapping[str, Any] | None:
         """Call a service; return its answer if it came at once."""

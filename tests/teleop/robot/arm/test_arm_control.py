@@ -12,8 +12,8 @@ from localization.types import Pose
 from robot_sim.arm.arm_plant import ArmReading
 from robot_sim.arm.clearance import Clearance
 from teleop.robot.arm.arm_commands import Hand, JointJog, Stream
-from teleop.robot.arm.arm_control import ArmControl, unfelt
-from teleop.robot.arm.arm_fit import ArmFit
+from teleop.robot.arm.arm_control import ArmControl
+from teleop.robot.arm.arm_fit import ArmFit, unfelt
 from teleop.robot.arm.arm_settings import ArmSettings, Permit
 from teleop.robot.arm.arm_state import ArmState
 from tests.teleop.robot.arm.support import STOW, TABLE

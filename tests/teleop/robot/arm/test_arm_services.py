@@ -17,9 +17,16 @@ from robot_sim.arm.kinematics import Kinematics
 from robot_sim.arm.parts import arm_bodies
 from teleop.robot.clients.arm_input_messages import read_pose
 from teleop.robot.topics.arm_messages import ArmLinks
-from tests.teleop.robot.arm.support import JOINTS, STOW, TABLE, ArmClient, ArmRig, arm_of, pose
-
-READY = np.array(TABLE.poses["ready"])
+from tests.teleop.robot.arm.support import (
+    JOINTS,
+    READY,
+    STOW,
+    TABLE,
+    ArmClient,
+    ArmRig,
+    arm_of,
+    pose,
+)
 
 
 def values(answer: Mapping[str, Any] | None) -> dict[str, Any]:
@@ -114,9 +121,7 @@ def test_chosen_kind_of_command_is_the_only_one_that_is_taken(rig: ArmRig) -> No
 
 def test_pausing_servo_stops_the_arm_and_takes_nothing_until_it_goes_on(rig: ArmRig) -> None:
     client = rig.connect()
-    for _ in range(20):
-        client.jog(arm_joint_1=0.4)
-        rig.tick()
+    rig.hold(20, lambda: client.jog(arm_joint_1=0.4))
     values(client.call("/servo_node/pause_servo", data=True))
     state = rig.tick(15)
     assert (state.mode, state.reason) == ("held", "paused by its client")

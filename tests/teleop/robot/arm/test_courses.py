@@ -8,11 +8,10 @@ import numpy as np
 import pytest
 
 from localization.geometry import FloatArray
-from robot_sim.arm.arm_table import load_arm
 from teleop.robot.arm.courses import MOST_POINTS, Course, CourseError, planned, timed
 from teleop.robot.arm.timed_curve import TimedCurve
+from tests.teleop.robot.arm.support import TABLE
 
-TABLE = load_arm()
 STANDING = np.zeros(5)
 SWING = np.array([[0.0] * 5, [0.5, 0.4, -0.2, 0.0, 0.1], [0.0, 0.8, 0.0, 0.3, 0.0]])
 TIMES = (0.0, 1.0, 2.0)

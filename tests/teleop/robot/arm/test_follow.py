@@ -9,18 +9,13 @@ from hypothesis.extra.numpy import arrays
 from hypothesis.strategies import floats
 
 from localization.geometry import FloatArray
-from robot_sim.arm.arm_table import load_arm
 from robot_sim.arm.clearance import Near
 from robot_sim.arm.inverse import solutions
-from robot_sim.arm.kinematics import Kinematics
 from teleop.robot.arm.follow import Follower
 from teleop.robot.arm.limits import JerkLimiter
 from teleop.robot.arm.reach import Target
+from tests.teleop.robot.arm.support import KINEMATICS, LOWER, READY, TABLE, UPPER
 
-TABLE = load_arm()
-KINEMATICS = Kinematics(TABLE)
-LOWER, UPPER = np.array(TABLE.lower), np.array(TABLE.upper)
-READY = np.array(TABLE.poses["ready"])
 STILL = np.zeros(3), np.zeros(3)
 FOLLOWER = Follower(KINEMATICS, JerkLimiter(TABLE, 0.02))
 

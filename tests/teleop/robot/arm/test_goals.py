@@ -8,9 +8,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from tests.teleop.robot.arm.support import JOINTS, STOW, TABLE, ArmClient, ArmRig, pose
+from tests.teleop.robot.arm.support import JOINTS, READY, STOW, ArmClient, ArmRig, pose
 
-READY = np.array(TABLE.poses["ready"])
 MOVE = "/arm/move", "farsteer_msgs/action/ArmMove"
 FOLLOW = (
     "/arm_controller/follow_joint_trajectory",
@@ -18,21 +17,11 @@ FOLLOW = (
 )
 
 
-def ended(client: ArmClient, identity: str) -> Callable[[], bool]:
-    def found() -> bool:
-        return any(
-            o["op"] == "action_result" and o["id"] == identity for o in client.client.received
-        )
-
-    return found
-
-
 def move(rig: ArmRig, client: ArmClient, **goal: Any) -> dict[str, Any]:
     """Send a planned move, and wait for its result."""
     identity = f"move {len(client.client.received)}"
     client.goal(identity, *MOVE, **goal)
-    rig.until(ended(client, identity))
-    values: dict[str, Any] = client.client.result(identity)["values"]
+    values: dict[str, Any] = rig.result(client, identity)["values"]
     return values
 
 
@@ -68,14 +57,13 @@ def follow(
     """Send a trajectory, and wait for its result."""
     identity = f"follow {len(client.client.received)}"
     client.goal(identity, *FOLLOW, trajectory=trajectory, **more)
-    rig.until(ended(client, identity))
-    return client.client.result(identity)
+    return rig.result(client, identity)
 
 
 def test_move_to_a_named_pose_is_shown_and_done(rig: ArmRig) -> None:
     client = rig.connect()
     client.goal("m", *MOVE, name="ready")
-    state = rig.until(ended(client, "m"))
+    state = rig.until(lambda: client.ended("m"))
     values = client.client.result("m")["values"]
     assert values["outcome"] == "done"
     np.testing.assert_allclose(state.wanted, READY)
@@ -126,20 +114,16 @@ def test_move_that_holds_to_run_goes_on_only_while_it_is_confirmed(rig: ArmRig) 
     state = rig.tick(25)
     np.testing.assert_allclose(state.wanted, STOW)
     assert state.reason == "waits to be confirmed on /arm/confirm"
-    for _ in range(8):
-        client.publish("/arm/confirm", {"data": True})
-        state = rig.tick()
+    state = rig.hold(8, lambda: client.publish("/arm/confirm", {"data": True}))
     assert state.wanted_rates.any()
     client.publish("/arm/confirm", {"data": False})
     stopped = rig.tick(25)
     assert not stopped.wanted_rates.any()
     assert 0.01 < np.abs(stopped.wanted - STOW).max() < np.abs(READY - STOW).max() - 0.01
-    for _ in range(3):
-        client.publish("/arm/confirm", {"data": True})
-        rig.tick()
+    rig.hold(3, lambda: client.publish("/arm/confirm", {"data": True}))
     rig.tick(40)  # silence is no confirmation either
     assert not rig.tick().wanted_rates.any()
-    assert not ended(client, "m")()
+    assert not client.ended("m")
 
 
 def test_trajectory_of_ros_control_is_followed_with_feedback(rig: ArmRig) -> None:
@@ -260,17 +244,9 @@ def test_stow_answers_when_the_arm_is_folded(rig: ArmRig) -> None:
 def test_way_out_leads_away_from_what_is_near(rig: ArmRig) -> None:
     client = rig.connect()
     assert move(rig, client, name="floor")["outcome"] == "done"
+    down = {"header": {"frame_id": "base_link"}, "twist": {"linear": {"z": -0.1}}}
     for _ in range(150):
-        client.publish(
-            "/servo_node/delta_twist_cmds",
-            {
-                "header": {"frame_id": "base_link"},
-                "twist": {
-                    "linear": {"x": 0.0, "y": 0.0, "z": -0.1},
-                    "angular": {"x": 0.0, "y": 0.0, "z": 0.0},
-                },
-            },
-        )
+        client.publish("/servo_node/delta_twist_cmds", down)
         state = rig.tick()
         if state.way_out:
             break
@@ -307,7 +283,5 @@ def test_way_out_turns_a_wrist_over_that_is_at_its_limit(rig: ArmRig) -> None:
     client.call("/arm/way_out")
     assert answered(rig, client)["success"]
     assert np.abs(rig.tick().wanted - before).max() > np.radians(30.0)
-    for _ in range(60):
-        client.publish("/servo_node/pose_target_cmds", target)
-        state = rig.tick()
+    state = rig.hold(60, lambda: client.publish("/servo_node/pose_target_cmds", target))
     assert state.reason == "is led to a pose", "turned over, the same hand has its way"

@@ -14,10 +14,6 @@ def grip(client: ArmClient, identity: str, position: float, effort: float = 0.0)
     client.goal(identity, *ACTION, command={"position": position, "max_effort": effort})
 
 
-def done(client: ArmClient, identity: str) -> bool:
-    return any(name == identity for name, _ in outcomes(client))
-
-
 def outcomes(client: ArmClient) -> list[tuple[str, int]]:
     return [(o["id"], o["status"]) for o in client.client.received if o["op"] == "action_result"]
 
@@ -25,8 +21,7 @@ def outcomes(client: ArmClient) -> list[tuple[str, int]]:
 def test_gripper_reaches_its_opening_and_says_so(rig: ArmRig) -> None:
     client = rig.connect()
     grip(client, "g", 0.04)
-    rig.until(lambda: done(client, "g"))
-    values = client.client.result("g")["values"]
+    values = rig.result(client, "g")["values"]
     assert values["reached_goal"]
     assert not values["stalled"]
     assert values["position"] == pytest.approx(0.04, abs=0.001)
@@ -38,7 +33,7 @@ def test_newer_goal_takes_the_place_of_the_older_one(rig: ArmRig) -> None:
     grip(client, "old", 0.06)
     rig.tick(5)
     grip(client, "new", 0.0)
-    rig.until(lambda: done(client, "new"))
+    rig.result(client, "new")
     assert outcomes(client) == [("old", 5), ("new", 4)]
 
 

@@ -9,14 +9,12 @@ import pytest
 
 from localization.geometry import FloatArray, rotation_from_euler, so3_exp
 from localization.types import SECOND, Pose
-from robot_sim.arm.arm_table import load_arm
-from robot_sim.arm.kinematics import Kinematics
 from teleop.robot.arm.arm_commands import Hand
 from teleop.robot.arm.hand import Clutch, Grip, heading
 from teleop.robot.arm.reach import Target
+from tests.teleop.robot.arm.support import READY_TIP as TIP
 
 TICK = SECOND // 50
-TIP = Kinematics(load_arm()).tip(load_arm().poses["ready"])
 TURNED_MOUNT = Pose.from_euler((0.3, 0.0, 0.2), yaw=np.pi / 2)
 """The arm looks to the left of the vehicle."""
 
@@ -47,6 +45,13 @@ class Person:
             target = self.show()
         assert target is not None
         return target
+
+
+def engaged() -> Person:
+    """Return a person whose clutch has been closed for a sample."""
+    person = Person()
+    person.show()
+    return person
 
 
 def _moved(target: Target) -> FloatArray:
@@ -108,8 +113,7 @@ def test_the_heading_of_a_hand_that_points_steeply_is_that_of_its_back(pitch: fl
 
 
 def test_an_open_clutch_wants_nothing_and_closing_it_moves_nothing() -> None:
-    person = Person()
-    person.show()
+    person = engaged()
     person.reach(0.1, 0.0, 0.0)
     person.place = person.place + 0.5
     assert person.show(engaged=False) is None
@@ -120,8 +124,7 @@ def test_an_open_clutch_wants_nothing_and_closing_it_moves_nothing() -> None:
 
 
 def test_a_hand_that_is_not_tracked_wants_nothing_and_goes_on_from_where_it_is_found() -> None:
-    person = Person()
-    person.show()
+    person = engaged()
     person.reach(0.05, 0.0, 0.0)
     assert person.show(tracked=False) is None
     assert person.clutch.grip is Grip.LOST
@@ -135,8 +138,7 @@ def test_a_hand_that_is_not_tracked_wants_nothing_and_goes_on_from_where_it_is_f
 
 @pytest.mark.parametrize("turned", [False, True])
 def test_a_hand_that_jumps_opens_the_clutch_until_it_is_closed_again(turned: bool) -> None:
-    person = Person()
-    person.show()
+    person = engaged()
     if turned:
         person.turn = rotation_from_euler(0.0, 0.0, 3.0)
     else:
@@ -151,8 +153,7 @@ def test_a_hand_that_jumps_opens_the_clutch_until_it_is_closed_again(turned: boo
 
 
 def test_noise_between_two_samples_of_almost_one_time_is_no_jump() -> None:
-    person = Person()
-    person.show()
+    person = engaged()
     person.place = person.place + np.array([0.01, 0.0, 0.0])
     soon = replace(person.hand, pose=Pose.from_rotation(person.place, person.turn))
     assert person.clutch.take(replace(soon, stamp=soon.stamp + 1_000_000), TIP) is not None
@@ -160,8 +161,7 @@ def test_noise_between_two_samples_of_almost_one_time_is_no_jump() -> None:
 
 @pytest.mark.parametrize("ticks", [10, -3])
 def test_after_a_gap_or_a_step_back_of_its_clock_a_hand_begins_anew(ticks: int) -> None:
-    person = Person()
-    person.show()
+    person = engaged()
     person.place = person.place + np.array([0.05, 0.0, 0.0])
     target = person.show(ticks)
     assert target is not None
@@ -169,8 +169,7 @@ def test_after_a_gap_or_a_step_back_of_its_clock_a_hand_begins_anew(ticks: int) 
 
 
 def test_a_new_scale_moves_nothing() -> None:
-    person = Person()
-    person.show()
+    person = engaged()
     person.reach(0.1, 0.0, 0.0)
     target = person.show(scale=0.25)
     assert target is not None
@@ -178,8 +177,7 @@ def test_a_new_scale_moves_nothing() -> None:
 
 
 def test_a_sample_that_is_still_the_newest_wants_what_it_wanted() -> None:
-    person = Person()
-    person.show()
+    person = engaged()
     first = person.clutch.take(person.hand, TIP)
     assert person.clutch.take(person.hand, TIP) is first
 

@@ -12,21 +12,24 @@ from hypothesis.strategies import floats, integers
 
 from localization.geometry import FloatArray, so3_exp
 from localization.types import SECOND, Pose
-from robot_sim.arm.arm_table import load_arm
 from robot_sim.arm.clearance import MARGIN, Clearance
 from robot_sim.arm.inverse import solutions
-from robot_sim.arm.kinematics import Kinematics
 from robot_sim.arm.obstacles import Box
 from teleop.robot.arm.arm_commands import ArmTwist, Hand, JointJog, Stream, TipTarget
 from teleop.robot.arm.hand_control import HandControl, HandStep
 from teleop.robot.arm.hindrance import Hindrance
 from teleop.robot.arm.limits import Motion
+from tests.teleop.robot.arm.support import (
+    KINEMATICS,
+    LOWER,
+    MOUNT,
+    READY,
+    READY_TIP,
+    TABLE,
+    UPPER,
+    among,
+)
 
-TABLE = load_arm()
-KINEMATICS = Kinematics(TABLE)
-MOUNT = TABLE.mounts["bracket"]
-LOWER, UPPER = np.array(TABLE.lower), np.array(TABLE.upper)
-READY = np.array(TABLE.poses["ready"])
 TICK = SECOND // 50
 
 
@@ -232,17 +235,10 @@ def test_an_arm_with_a_straight_wrist_gets_out_or_is_offered_the_way(seed: int) 
 # Obstacles
 
 
-def _among(*boxes: tuple[FloatArray, float]) -> Clearance:
-    clearance = Clearance(TABLE)
-    clearance.surround(
-        [Box(f"box_{k}", MOUNT @ Pose.from_euler(p), (h, h, h)) for k, (p, h) in enumerate(boxes)]
-    )
-    return clearance
-
-
 def test_a_hand_that_goes_into_a_box_leaves_the_arm_before_it_with_words() -> None:
-    tip = KINEMATICS.tip(READY)
-    clearance = _among((tip[:3, 3] + tip[:3, 0] * 0.1, 0.05))
+    tip = READY_TIP
+    place = MOUNT @ Pose.from_euler(tip[:3, 3] + tip[:3, 0] * 0.1)
+    clearance = among(Box("box_0", place, (0.05, 0.05, 0.05)))
     arm = Arm(READY, clearance)
     arm.lead(0.12 * tip[:3, 0], 60)
     for _ in range(40):

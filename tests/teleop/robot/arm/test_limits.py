@@ -14,11 +14,10 @@ from ruckig import RuckigError
 
 from localization.geometry import FloatArray
 from localization.types import InvalidReadingError
-from robot_sim.arm.arm_table import load_arm
 from teleop.robot.arm.limits import JerkLimiter, Motion
 from teleop.robot.arm.ruckig_work import RuckigWork
+from tests.teleop.robot.arm.support import TABLE
 
-TABLE = load_arm()
 TICK = 0.02
 REST = np.zeros(5)
 

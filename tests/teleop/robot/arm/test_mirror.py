@@ -7,13 +7,12 @@ import pytest
 from hypothesis import given, settings, strategies as st
 
 from localization.types import SECOND
-from robot_sim.arm.arm_table import load_arm
 from robot_sim.arm.servo_board import ServoBoard
 from robot_sim.arm.servo_firmware import checked, decimal
 from teleop.robot.arm.mirror import ArmMirror, MirrorState, explained
 from teleop.robot.arm.mirror_delay import delay_of
+from tests.teleop.robot.arm.support import TABLE
 
-TABLE = load_arm()
 TICK = SECOND // 50
 
 

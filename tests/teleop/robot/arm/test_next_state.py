@@ -9,20 +9,15 @@ from hypothesis.strategies import integers
 
 from localization.geometry import FloatArray
 from localization.types import Pose
-from robot_sim.arm.arm_table import load_arm
 from robot_sim.arm.clearance import MARGIN, Clearance
-from robot_sim.arm.kinematics import Kinematics
 from robot_sim.arm.obstacles import Box
 from teleop.robot.arm.limits import JerkLimiter, Motion
 from teleop.robot.arm.next_state import NEAR, NextState
+from tests.teleop.robot.arm.support import LOWER, MOUNT, READY, READY_TIP, TABLE, UPPER, among
 
-TABLE = load_arm()
-MOUNT = TABLE.mounts["bracket"]
-READY = np.array(TABLE.poses["ready"])
-LOWER, UPPER = np.array(TABLE.lower), np.array(TABLE.upper)
 LIMITER = JerkLimiter(TABLE, 0.02)
 REST = np.zeros(5)
-TIP = Kinematics(TABLE).tip(READY)[:3, 3]
+TIP = READY_TIP[:3, 3]
 
 
 def _box(*place: float, half: tuple[float, float, float] = (0.04, 0.2, 0.04)) -> Box:
@@ -31,8 +26,7 @@ def _box(*place: float, half: tuple[float, float, float] = (0.04, 0.2, 0.04)) ->
 
 
 def _with(*boxes: Box) -> tuple[Clearance, NextState]:
-    clearance = Clearance(TABLE)
-    clearance.surround(boxes)
+    clearance = among(*boxes)
     return clearance, NextState(TABLE, LIMITER, clearance)
 
 

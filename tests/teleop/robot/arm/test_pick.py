@@ -12,7 +12,7 @@ from robot_sim.worlds.loading import parse_world
 from robot_sim.worlds.world import WorldOptions
 from tests.robot_sim.conftest import ROOM
 from tests.teleop.robot.arm.support import ArmClient, ArmRig, pose
-from tests.teleop.robot.arm.test_goals import ended, move
+from tests.teleop.robot.arm.test_goals import move
 from tests.teleop.robot.steps.support import StepRig
 
 PARCEL = """
@@ -31,8 +31,7 @@ def grip(rig: ArmRig, client: ArmClient, position: float) -> dict[str, Any]:
     command = {"position": position, "max_effort": 4.0}
     kind = "control_msgs/action/GripperCommand"
     client.goal(identity, "/gripper_controller/gripper_cmd", kind, command=command)
-    rig.until(ended(client, identity))
-    values: dict[str, Any] = client.client.result(identity)["values"]
+    values: dict[str, Any] = rig.result(client, identity)["values"]
     return values
 
 
@@ -64,15 +63,10 @@ def test_parcel_is_picked_carried_and_put_down(office_cloud: Cloud) -> None:
     assert move(rig, client, name="stow")["outcome"] == "done"
     state = rig.tick()
     assert (state.held, state.stowed, state.speed_limit) == ("parcel", True, np.inf)
-    for _ in range(100):
-        client.client.send(
-            op="publish", topic="/cmd_vel", msg={"linear": {"x": 0.0}, "angular": {"z": 1.5}}
-        )
-        rig.tick()
+    turn = {"linear": {"x": 0.0}, "angular": {"z": 1.5}}
+    rig.hold(100, lambda: client.publish("/cmd_vel", turn))
     assert client.messages("/teleop/state")[-1]["angular"] == pytest.approx(0.6)
-    for _ in range(100):
-        client.client.velocity(-0.5)
-        rig.tick()
+    rig.hold(100, lambda: client.client.velocity(-0.5))
     assert client.messages("/teleop/state")[-1]["linear"] == pytest.approx(-0.5)
     assert rig.tick(60).held == "parcel"
 

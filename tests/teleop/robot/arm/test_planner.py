@@ -9,21 +9,14 @@ import pytest
 
 from localization.geometry import FloatArray
 from localization.types import Pose
-from robot_sim.arm.arm_table import load_arm
 from robot_sim.arm.clearance import MARGIN, Clearance
 from robot_sim.arm.obstacles import Box
 from teleop.robot.arm.planner import NoPlan, Plan, Planning, PlanOutcome
+from tests.teleop.robot.arm.support import TABLE, among
 
-TABLE = load_arm()
 LEFT, RIGHT = np.array([1.0, 0.0, -0.5, 0.0, 0.5]), np.array([-1.0, 0.0, -0.5, 0.0, 0.5])
 WALL = Box("wall", Pose.from_euler((0.55, 0.0, 0.25)), (0.2, 0.02, 0.25))
 """Between ``LEFT`` and ``RIGHT``; there is a way over it."""
-
-
-def among(*boxes: Box) -> Clearance:
-    clearance = Clearance(TABLE)
-    clearance.surround(boxes)
-    return clearance
 
 
 def found(planning: Planning, checks: int = 1000) -> PlanOutcome:

@@ -6,13 +6,11 @@ import numpy as np
 import pytest
 
 from localization.geometry import FloatArray
-from robot_sim.arm.arm_table import load_arm
-from robot_sim.arm.kinematics import Kinematics
 from teleop.robot.arm.reach import Reach, Target
+from tests.teleop.robot.arm.support import KINEMATICS, READY_TIP
 
-KINEMATICS = Kinematics(load_arm())
 REACH = Reach(KINEMATICS)
-READY = Target.of(KINEMATICS.tip(load_arm().poses["ready"]))
+READY = Target.of(READY_TIP)
 STRAIGHT = Target.of(KINEMATICS.tip(np.zeros(5)))
 
 

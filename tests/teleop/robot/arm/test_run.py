@@ -10,14 +10,13 @@ import pytest
 
 from localization.geometry import FloatArray
 from localization.types import Pose
-from robot_sim.arm.arm_table import load_arm
-from robot_sim.arm.clearance import Clearance
 from robot_sim.arm.obstacles import Box
 from robot_sim.array_types import BoolArray
 from teleop.robot.arm.courses import Course, planned, timed
 from teleop.robot.arm.run import Run, RunStep
+from tests.teleop.robot.arm.support import TABLE, among
 
-TABLE, TICK = load_arm(), 0.02
+TICK = 0.02
 WAY = np.array(
     [[0.0] * 5, [1.0, 0.5, 0.0, 0.0, 0.0], [1.0, 1.0, -1.0, 0.0, 0.5], [-1.0, 0.0, 0.0, 0.2, 0.0]]
 )
@@ -109,7 +108,7 @@ POST = Box("post", Pose.from_euler((0.29 + 0.35, -0.1, 0.25)), (0.02, 0.02, 0.25
 
 
 def test_what_comes_into_the_way_stops_the_arm_before_it_touches_and_lets_it_go_on_after() -> None:
-    clearance = Clearance(TABLE)
+    clearance = among()
     run = Run(ACROSS, clearance)
     for _ in range(5):
         assert not run.step().blocked
@@ -128,7 +127,7 @@ def test_what_comes_into_the_way_stops_the_arm_before_it_touches_and_lets_it_go_
 
 @pytest.mark.parametrize("ticks", range(0, 40, 3))
 def test_the_arm_never_touches_what_it_could_stop_for(ticks: int) -> None:
-    clearance = Clearance(TABLE)
+    clearance = among()
     run = Run(ACROSS, clearance)
     step = run.step()
     for _ in range(ticks):
@@ -144,8 +143,7 @@ def test_the_arm_never_touches_what_it_could_stop_for(ticks: int) -> None:
 
 
 def test_an_arm_that_stands_too_near_may_leave_and_not_come_nearer() -> None:
-    clearance = Clearance(TABLE)
-    clearance.surround((Box("table", Pose.from_euler((0.65, 0.0, 0.23)), (0.1, 0.1, 0.05)),))
+    clearance = among(Box("table", Pose.from_euler((0.65, 0.0, 0.23)), (0.1, 0.1, 0.05)))
     low = np.zeros(5)
     assert clearance.touching(low)
     up, down = np.array([0.0, 0.3, 0.0, 0.0, 0.0]), np.array([0.0, -0.1, 0.0, 0.0, 0.0])
@@ -156,10 +154,8 @@ def test_an_arm_that_stands_too_near_may_leave_and_not_come_nearer() -> None:
 
 
 def test_a_thin_rod_between_two_ticks_is_seen() -> None:
-    clearance = Clearance(TABLE)
-    clearance.surround(
-        (Box("rod", Pose.from_euler((0.29 + 0.35, 0.0, 0.25)), (0.0005, 0.0005, 0.25)),)
-    )
+    rod = Box("rod", Pose.from_euler((0.29 + 0.35, 0.0, 0.25)), (0.0005, 0.0005, 0.25))
+    clearance = among(rod)
     run = Run(ACROSS, clearance)
     steps = [run.step() for _ in range(60)]
     assert steps[-1].blocked.endswith("would touch rod")

@@ -12,16 +12,6 @@ from tests.teleop.robot.arm.support import JOINTS, STOW, ArmClient, ArmRig, pose
 HEADER = {"stamp": {"sec": 1, "nanosec": 0}, "frame_id": "base_link"}
 
 
-def twist(client: ArmClient, x: float = 0.0, frame: str = "base_link") -> None:
-    """Publish as MoveIt Servo's keyboard demo does."""
-    linear = {"x": x, "y": 0.0, "z": 0.0}
-    angular = {"x": 0.0, "y": 0.0, "z": 0.0}
-    client.publish(
-        "/servo_node/delta_twist_cmds",
-        {"header": {**HEADER, "frame_id": frame}, "twist": {"linear": linear, "angular": angular}},
-    )
-
-
 def tip_target(client: ArmClient, x: float, y: float, z: float) -> None:
     """Publish as MoveIt Servo's pose tracking demo does."""
     client.publish("/servo_node/pose_target_cmds", {"header": HEADER, "pose": pose(x, y, z)})
@@ -29,18 +19,14 @@ def tip_target(client: ArmClient, x: float, y: float, z: float) -> None:
 
 def raise_arm(rig: ArmRig, client: ArmClient) -> None:
     """Move the arm off its stow pose by joint jog, and let go."""
-    for _ in range(60):
-        client.jog(arm_joint_2=0.3, arm_joint_3=0.8)
-        rig.tick()
+    rig.hold(60, lambda: client.jog(arm_joint_2=0.3, arm_joint_3=0.8))
     client.jog(arm_joint_1=0.0)
     rig.tick(20)
 
 
 def test_joint_jog_moves_the_joints_that_it_names(rig: ArmRig) -> None:
     client = rig.connect()
-    for _ in range(50):
-        client.jog(arm_joint_1=0.4)
-        state = rig.tick()
+    state = rig.hold(50, lambda: client.jog(arm_joint_1=0.4))
     moved = state.wanted - STOW
     assert moved[0] > 0.25
     np.testing.assert_allclose(moved[1:], 0.0, atol=1e-12)
@@ -51,9 +37,8 @@ def test_twist_moves_the_tip_along_the_axes_of_its_frame(rig: ArmRig) -> None:
     client = rig.connect()
     raise_arm(rig, client)
     before = rig.tick().tip.position
-    for _ in range(50):
-        twist(client, 0.05)
-        state = rig.tick()
+    ahead = {"header": HEADER, "twist": {"linear": {"x": 0.05}}}
+    state = rig.hold(50, lambda: client.publish("/servo_node/delta_twist_cmds", ahead))
     moved = state.tip.position - before
     assert moved[0] == pytest.approx(0.05, abs=0.02)
     assert np.abs(moved[1:]).max() < 0.02, "play of the servos, and how they sag"
@@ -65,9 +50,7 @@ def test_pose_target_leads_the_tip(rig: ArmRig) -> None:
     raise_arm(rig, client)
     goal = rig.tick().tip.position + [0.03, 0.03, 0.0]
     # In base_link, which the arm's bracket is 0.29 m ahead of and 0.20 m up from.
-    for _ in range(100):
-        tip_target(client, goal[0] + 0.29, goal[1], goal[2] + 0.20)
-        state = rig.tick()
+    state = rig.hold(100, lambda: tip_target(client, goal[0] + 0.29, goal[1], goal[2] + 0.20))
     np.testing.assert_allclose(state.target.position, goal, atol=1e-6)
     assert state.mode == "pose"
     assert np.linalg.norm(state.tip.position - goal) < 0.03
@@ -89,9 +72,7 @@ def test_what_ends_the_lease_or_the_stream_stops_the_arm_and_holds_it(
     rig: ArmRig, stop: Callable[[ArmRig, ArmClient], object]
 ) -> None:
     client = rig.connect()
-    for _ in range(40):
-        client.jog(arm_joint_1=0.4)
-        rig.tick()
+    rig.hold(40, lambda: client.jog(arm_joint_1=0.4))
     stop(rig, client)
     rig.tick(30)  # the watchdog's half second, and a stop
     state = rig.tick()
@@ -152,9 +133,7 @@ def test_vehicle_is_slow_while_the_arm_is_off_its_stow_pose(rig: ArmRig) -> None
     rig.tick(5)
     assert rig.tick().speed_limit == np.inf
     raise_arm(rig, client)
-    for _ in range(30):
-        client.client.velocity(0.7)
-        state = rig.tick()
+    state = rig.hold(30, lambda: client.client.velocity(0.7))
     assert not state.stowed
     message = client.messages("/teleop/state")[-1]
     assert message["linear"] == pytest.approx(0.2)
@@ -167,9 +146,7 @@ def test_states_come_ten_times_a_second_at_rest_and_each_tick_in_motion(rig: Arm
     client.subscribe("/arm/state", "/servo_node/status", "/arm/joint_degrees", "/joint_states")
     rig.tick(50)
     assert len(client.messages("/arm/state")) == 10
-    for _ in range(50):
-        client.jog(arm_joint_1=0.4)
-        rig.tick()
+    rig.hold(50, lambda: client.jog(arm_joint_1=0.4))
     assert len(client.messages("/arm/state")) >= 10 + 48
     degrees = client.messages("/arm/joint_degrees")
     assert len(degrees) == 100

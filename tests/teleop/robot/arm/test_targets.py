@@ -7,12 +7,10 @@ import pytest
 
 from localization.geometry import FloatArray, so3_exp
 from localization.types import Pose
-from robot_sim.arm.arm_table import load_arm
-from robot_sim.arm.kinematics import Kinematics
 from teleop.robot.arm.arm_commands import ArmTwist, TipTarget
 from teleop.robot.arm.targets import Targets
+from tests.teleop.robot.arm.support import READY_TIP as TIP
 
-TIP = Kinematics(load_arm()).tip(load_arm().poses["ready"])
 MOUNT = Pose.from_euler((0.3, 0.1, 0.2), yaw=np.pi / 2)
 
 

@@ -7,11 +7,9 @@ import re
 import numpy as np
 import pytest
 
-from robot_sim.arm.arm_table import load_arm
-from robot_sim.arm.kinematics import Kinematics
 from teleop.robot.arm.tip_goals import tip_goals
+from tests.teleop.robot.arm.support import KINEMATICS
 
-KINEMATICS = Kinematics(load_arm())
 STANDING = np.zeros(5)
 
 

@@ -15,7 +15,7 @@ from PIL import Image
 from localization.types import Twist
 from robot_sim import Simulation, World
 from robot_sim.cameras import CameraFrame, VisualState, camera_named
-from teleop.robot.cameras.camera_topics import CAMERA_TOPICS, PICTURE_TOPICS
+from teleop.robot.cameras.camera_topics import CAMERA_TOPICS
 from teleop.robot.cameras.stepped_camera import SteppedCamera
 from teleop.robot.serving.serve_config import ServeConfig
 from teleop.ros_types import registry
@@ -149,15 +149,6 @@ async def test_nothing_is_drawn_for_nobody(office: World, monkeypatch: pytest.Mo
             await asyncio.sleep(0.01)
         rig.tick(10)
         assert len(drawn) == 3
-
-
-@in_a_loop
-async def test_clients_cannot_publish_pictures(office: World) -> None:
-    async with turning(office) as rig, peer(rig.server.url) as client:
-        for topic in PICTURE_TOPICS:
-            await client.publish(topic.name, {})
-        refused = await client.settle()
-        assert len(refused) == len(PICTURE_TOPICS)
 
 
 @pytest.mark.slow

@@ -11,7 +11,16 @@ from websockets.asyncio.client import ClientConnection, connect
 from teleop.robot.serving.serve_config import ServeConfig
 from teleop.rosbridge import Client
 from teleop.rosbridge.errors import ServiceCallError
-from tests.teleop.robot.served_robots import ADMIN, DRIVER, OTHER, VIEWER, Serving, tokens
+from tests.teleop.robot.served_robots import (
+    ADMIN,
+    DRIVER,
+    OTHER,
+    VIEWER,
+    Serving,
+    audited,
+    signed_in,
+    tokens,
+)
 from tests.teleop.support import Robots, in_a_loop, peer
 
 SERVICE = "/teleop/disconnect_client"
@@ -62,8 +71,7 @@ async def test_viewer_who_presses_for_fun_is_barred_with_a_reason_and_stands_in_
             assert json.loads(await again.recv())["result"] is True, "never the e-stop itself"
         async with Client(server.url, token=VIEWER) as other:
             assert (await other.call("/teleop/estop"))["success"] is True
-    lines = [json.loads(line) for line in (tmp_path / "audit.jsonl").read_text().splitlines()]
-    (line,) = [line for line in lines if line["what"] == "disconnect"]
+    (line,) = [line for line in audited(tmp_path) if line["what"] == "disconnect"]
     assert (line["holder"], line["whom"], line["seconds"]) == ("driver", session["name"], 600.0)
     assert line["reason"] == "presses for fun"
 
@@ -73,14 +81,8 @@ async def test_viewer_who_presses_for_fun_is_barred_with_a_reason_and_stands_in_
 async def test_operators_bar_neither_themselves_nor_admins_and_viewers_bar_nobody(
     serving: Serving, tmp_path: Path
 ) -> None:
-    config = ServeConfig(tokens=tokens(tmp_path))
-    async with (
-        serving(config) as server,
-        Client(server.url, token=DRIVER) as driver,
-        Client(server.url, token=DRIVER) as twin,
-        Client(server.url, token=ADMIN) as admin,
-        Client(server.url, token=VIEWER) as viewer,
-    ):
+    bearers = (DRIVER, DRIVER, ADMIN, VIEWER)
+    async with signed_in(serving, tmp_path, *bearers) as (_, (driver, twin, admin, viewer)):
         for target, seconds, why in (
             (await number(driver), 0.0, "that is you"),
             (await number(twin), 60.0, "has your own token"),

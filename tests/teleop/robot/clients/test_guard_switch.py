@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import pytest
 
-from tests.teleop.support import Robots, arm, in_a_loop, peer
+from tests.teleop.robot.served_robots import meeting
+from tests.teleop.support import Robots, arm, drive, in_a_loop
 
 
 @pytest.mark.slow
@@ -12,15 +13,12 @@ from tests.teleop.support import Robots, arm, in_a_loop, peer
 async def test_only_the_driver_switches_the_guard_off_and_everybody_sees_by_whom(
     robots: Robots,
 ) -> None:
-    async with (
-        robots(guard=True) as rig,
-        peer(rig.server.url) as driver,
-        peer(rig.server.url) as other,
-    ):
-        await other.subscribe("/teleop/guard")
-        await other.subscribe("/teleop/state")
+    async with meeting(robots(guard=True), 2) as (_, (driver, other)):
+        await other.subscribe("/teleop/guard", "/teleop/state", "/drive_limits")
         await arm(driver)
-        await driver.step(5)
+        await drive(driver, 1.0, steps=3)
+        assert 0.0 < other.last("/teleop/state")["guard_ahead"] <= 4.0
+        assert other.last("/drive_limits")["acceleration"] == 0.5
         assert other.last("/teleop/guard")["state"] == "free"
         assert other.last("/teleop/guard")["forward"]
         _, refused = await other.ask("/teleop/guard_switch", data=False)

@@ -2,16 +2,13 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 from typing import Any
 
 import pytest
 
 from teleop.robot.clients.name_services import clean_name
-from teleop.robot.serving.serve_config import ServeConfig
-from teleop.rosbridge import Client
-from tests.teleop.robot.served_robots import DRIVER, VIEWER, Serving, tokens
+from tests.teleop.robot.served_robots import DRIVER, VIEWER, Serving, audited, signed_in
 from tests.teleop.support import Peer, Robots, arm, in_a_loop, peer
 
 
@@ -80,12 +77,7 @@ async def test_names_that_look_like_the_robots_own_are_refused(robots: Robots) -
 async def test_audit_has_number_address_and_name_from_then_on(
     serving: Serving, tmp_path: Path
 ) -> None:
-    config = ServeConfig(tokens=tokens(tmp_path), audit=tmp_path / "audit.jsonl")
-    async with (
-        serving(config) as server,
-        Client(server.url, token=DRIVER) as driver,
-        Client(server.url, token=VIEWER) as viewer,
-    ):
+    async with signed_in(serving, tmp_path, DRIVER, VIEWER) as (_, (driver, viewer)):
         await driver.call("/teleop/introduce", {"name": "Anna"})
         await viewer.call("/teleop/introduce", {"name": "Guest"})
         await driver.call("/teleop/take_over")
@@ -94,7 +86,7 @@ async def test_audit_has_number_address_and_name_from_then_on(
             ("Anna", "operate", "driver"),
             ("Guest", "view", "viewer"),
         ]
-    lines = [json.loads(line) for line in (tmp_path / "audit.jsonl").read_text().splitlines()]
+    lines = audited(tmp_path)
     taken = next(line for line in lines if line["what"] == "take-over")
     assert taken["client"].startswith("client 1 (127.0.0.1:")
     assert (taken["name"], taken["holder"]) == ("Anna", "driver")

@@ -10,6 +10,7 @@ import pytest
 
 from localization.maps.cloud import Cloud
 from teleop.robot.topics.topic_table import LATCHED, OUTPUTS
+from tests.teleop.robot.served_robots import meeting
 from tests.teleop.support import (
     SPAWN,
     Robots,
@@ -98,11 +99,7 @@ async def test_only_the_newest_joy_of_a_burst_counts(robots: Robots) -> None:
 
 @in_a_loop
 async def test_any_client_can_latch_the_estop(robots: Robots) -> None:
-    async with (
-        robots() as rig,
-        peer(rig.server.url) as driver,
-        peer(rig.server.url) as bystander,
-    ):
+    async with meeting(robots(), 2) as (rig, (driver, bystander)):
         await driver.subscribe("/ground_truth/odom", "/teleop/state")
         await arm(driver)
         await drive(driver, 1.0, steps=15)
@@ -128,11 +125,7 @@ async def test_any_client_can_latch_the_estop(robots: Robots) -> None:
 
 @in_a_loop
 async def test_take_over_moves_the_lease_and_requires_a_neutral_stick(robots: Robots) -> None:
-    async with (
-        robots() as rig,
-        peer(rig.server.url) as driver,
-        peer(rig.server.url) as heir,
-    ):
+    async with meeting(robots(), 2) as (rig, (driver, heir)):
         await driver.subscribe("/ground_truth/odom", "/teleop/state")
         await arm(driver)
         await drive(driver, 1.0, steps=10)
@@ -158,11 +151,7 @@ async def test_take_over_moves_the_lease_and_requires_a_neutral_stick(robots: Ro
 
 @in_a_loop
 async def test_second_driver_gets_one_error_then_warnings(robots: Robots) -> None:
-    async with (
-        robots() as rig,
-        peer(rig.server.url) as driver,
-        peer(rig.server.url) as second,
-    ):
+    async with meeting(robots(), 2) as (rig, (driver, second)):
         await arm(driver)
         await second.joy(1.0)
         assert await second.settle() == []
@@ -291,11 +280,7 @@ async def test_late_subscriber_gets_latched_messages(robots: Robots, office_clou
 
 @in_a_loop
 async def test_clients_cannot_publish_on_the_robots_topics(robots: Robots) -> None:
-    async with (
-        robots() as rig,
-        peer(rig.server.url) as client,
-        peer(rig.server.url) as other,
-    ):
+    async with meeting(robots(), 2) as (_, (client, other)):
         owned = [(t.name, t.type) for t in OUTPUTS] + [(t.name, t.type) for t in LATCHED]
         await other.subscribe(*(name for name, _ in owned))
         before = len(await other.settle()), len(other.received)

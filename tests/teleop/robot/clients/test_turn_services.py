@@ -7,10 +7,16 @@ from typing import Any
 
 import pytest
 
-from teleop.robot.serving.serve_config import ServeConfig
-from teleop.rosbridge import Client
 from teleop.rosbridge.errors import ServiceCallError
-from tests.teleop.robot.served_robots import DRIVER, OTHER, VIEWER, Serving, tokens
+from tests.teleop.robot.served_robots import (
+    DRIVER,
+    OTHER,
+    VIEWER,
+    Serving,
+    audited,
+    meeting,
+    signed_in,
+)
 from tests.teleop.support import Peer, Robots, arm, in_a_loop, peer
 
 ASK, GIVE, REFUSE = "/teleop/ask", "/teleop/give", "/teleop/refuse"
@@ -58,12 +64,7 @@ async def test_robot_changes_hands_by_asking_and_giving(robots: Robots) -> None:
 
 @in_a_loop
 async def test_requests_count_before_the_next_tick_takes_them(robots: Robots) -> None:
-    async with (
-        robots() as rig,
-        peer(rig.server.url) as driver,
-        peer(rig.server.url) as other,
-        peer(rig.server.url) as third,
-    ):
+    async with meeting(robots(), 3) as (_, (driver, other, third)):
         assert await answer(other, ASK) == (False, "nobody drives: the robot is free")
         await arm(driver)
         assert await answer(driver, ASK) == (False, "you drive already")
@@ -80,14 +81,8 @@ async def test_requests_count_before_the_next_tick_takes_them(robots: Robots) ->
 
 @in_a_loop
 async def test_viewers_ask_in_vain_and_never_answer(serving: Serving, tmp_path: Path) -> None:
-    path = tmp_path / "audit.jsonl"
-    config = ServeConfig(tokens=tokens(tmp_path), audit=path)
-    async with (
-        serving(config) as server,
-        Client(server.url, token=DRIVER) as driver,
-        Client(server.url, token=OTHER) as other,
-        Client(server.url, token=VIEWER) as viewer,
-    ):
+    bearers = (DRIVER, OTHER, VIEWER)
+    async with signed_in(serving, tmp_path, *bearers) as (_, (driver, other, viewer)):
         await driver.advertise("/cmd_vel", "geometry_msgs/Twist")
         await driver.publish("/cmd_vel", {})
         await driver.call("/sim/step", {"ticks": 1})
@@ -99,7 +94,6 @@ async def test_viewers_ask_in_vain_and_never_answer(serving: Serving, tmp_path: 
                 await viewer.call(service)
         assert (await other.call(ASK))["success"]
         assert (await driver.call(GIVE))["success"]
-    text = path.read_text().replace(" ", "")
-    for action, holder in (("ask", "viewer"), ("ask", "other"), ("give", "driver")):
-        lines = [line for line in text.splitlines() if f'"what":"{action}"' in line]
-        assert any(f'"holder":"{holder}"' in line for line in lines)
+    done = [(line["what"], line.get("holder")) for line in audited(tmp_path)]
+    for action in (("ask", "viewer"), ("ask", "other"), ("give", "driver")):
+        assert action in done

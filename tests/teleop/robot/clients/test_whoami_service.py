@@ -8,7 +8,7 @@ import pytest
 
 from teleop.robot.serving.serve_config import ServeConfig
 from teleop.rosbridge import Client
-from tests.teleop.robot.served_robots import ADMIN, DRIVER, VIEWER, Serving, tokens
+from tests.teleop.robot.served_robots import ADMIN, DRIVER, VIEWER, Serving, signed_in, tokens
 from tests.teleop.support import Robots, arm, in_a_loop, peer
 
 RIGHTS = ("may_drive", "may_stop", "may_reset", "may_hint", "may_search", "may_take_over")
@@ -33,17 +33,12 @@ async def test_client_without_tokens_learns_its_number_name_and_all_rights(robot
 
 @in_a_loop
 async def test_rights_in_a_session_are_those_of_the_token(serving: Serving, tmp_path: Path) -> None:
-    config = ServeConfig(tokens=tokens(tmp_path))
-    async with serving(config) as server:
-        found = {}
-        for token in (VIEWER, DRIVER, ADMIN):
-            async with Client(server.url, token=token) as client:
-                found[token] = await client.call(SESSION)
-    assert [session["role"] for session in found.values()] == ["view", "operate", "admin"]
-    assert all(session["tokens"] for session in found.values())
-    assert [right for right in RIGHTS if found[VIEWER][right]] == ["may_stop"]
-    for token in (DRIVER, ADMIN):
-        assert all(found[token][right] for right in RIGHTS)
+    async with signed_in(serving, tmp_path, VIEWER, DRIVER, ADMIN) as (_, clients):
+        found = [await client.call(SESSION) for client in clients]
+    assert [session["role"] for session in found] == ["view", "operate", "admin"]
+    assert all(session["tokens"] for session in found)
+    assert [right for right in RIGHTS if found[0][right]] == ["may_stop"]
+    assert all(session[right] for session in found[1:] for right in RIGHTS)
 
 
 @pytest.mark.parametrize(

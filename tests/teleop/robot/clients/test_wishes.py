@@ -2,20 +2,15 @@
 
 from __future__ import annotations
 
-from localization.types import Twist
-from teleop.joystick import VelocityRequest
 from teleop.robot.arm.arm_commands import ArmTwist, GripperGoal, JointJog
 from teleop.robot.clients.wishes import Wishes
-from teleop.robot.inbox import ArmWish, DriveCommand, EStop, InboxMessage, TakeOver
-
-
-def command(client: str, forward: float) -> DriveCommand:
-    return DriveCommand(client, VelocityRequest(Twist.planar(forward, 0.0), enabled=True))
+from teleop.robot.inbox import ArmWish, EStop, InboxMessage, TakeOver
+from tests.teleop.robot.sticks import stick
 
 
 def test_only_the_newest_command_of_each_client_waits() -> None:
     wishes = Wishes()
-    old, other, new = command("a", 0.1), command("b", 0.2), command("a", 0.3)
+    old, other, new = stick("a", 0.1), stick("b", 0.2), stick("a", 0.3)
     for message in (old, other, new):
         wishes.post(message)
     assert wishes.take() == [other, new]

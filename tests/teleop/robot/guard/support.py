@@ -4,15 +4,15 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from localization.types import Pose, Scan, Twist
+from localization.types import Pose, Scan
 from robot_sim import DriveConfig, Simulation, World
 from robot_sim.worlds.loading import parse_world
-from teleop.joystick import VelocityRequest
 from teleop.robot.drive import Drive
 from teleop.robot.guard.guard import Guard
-from teleop.robot.inbox import DriveCommand, InboxMessage
+from teleop.robot.inbox import InboxMessage
 from teleop.robot.tick_record import DriveRecord
 from tests.robot_sim.conftest import ROOM
+from tests.teleop.robot.sticks import stick
 
 
 def room_with(elements: str) -> World:
@@ -33,10 +33,9 @@ def hold(
     drive: Drive, forward: float, turn: float, seconds: float, *inbox: InboxMessage
 ) -> list[DriveRecord]:
     """Hold a stick; return the records of all ticks."""
-    request = VelocityRequest(Twist.planar(forward, turn), enabled=True)
-    stick = DriveCommand("driver", request, stream=True)
+    held = stick("driver", forward, turn, stream=True)
     return [
-        drive.tick(drive.simulation.stamp, (stick, *(inbox if tick == 0 else ())))
+        drive.tick(drive.simulation.stamp, (held, *(inbox if tick == 0 else ())))
         for tick in range(round(seconds / 0.02))
     ]
 

@@ -13,7 +13,6 @@ import pytest
 
 from localization.types import Estimate, Health, Inertial, Pose, Reading, Scan, Twist, WheelSpeeds
 from robot_sim import P3AT, Bumpers, World, load_world
-from teleop.joystick import VelocityRequest
 from teleop.robot.drive import Drive
 from teleop.robot.guard.guard import Guard
 from teleop.robot.guard.odometry import Odometry
@@ -21,9 +20,10 @@ from teleop.robot.guard.outline import Outline
 from teleop.robot.guard.settings import CREEP
 from teleop.robot.guard.touched import Touched
 from teleop.robot.guard.verdict import GuardState
-from teleop.robot.inbox import DriveCommand, GuardSwitch, TakeOver
+from teleop.robot.inbox import GuardSwitch, TakeOver
 from teleop.robot.tick_record import DriveRecord
 from tests.teleop.robot.guard.support import blank, hold, robot_in, room_with, touched
+from tests.teleop.robot.sticks import stick
 
 PILLAR = '[[furniture]]\ntype = "box"\nat = [4.0, 4.0]\nsize = [0.4, 0.4, 1.0]\n'
 LEG = '[[furniture]]\ntype = "box"\nat = [4.0, 4.0]\nsize = [0.04, 0.04, 1.0]\n'
@@ -375,9 +375,7 @@ def test_guard_needs_nothing_from_beyond_the_link(room: World) -> None:
     """turtlebot3#1154: one old command, then silence, half a metre before a wall."""
     drive = robot_in(room, 8.2, 4.0)
     hold(drive, 0.6, 0.0, 1.4)
-    old = DriveCommand(
-        "driver", VelocityRequest(Twist.planar(0.7, 0.0), enabled=True), age=900_000_000
-    )
+    old = stick("driver", 0.7, age=900_000_000)
     records = [drive.tick(drive.simulation.stamp, (old,) if i == 0 else ()) for i in range(60)]
     assert not touched(records)
 

@@ -17,11 +17,11 @@ from teleop.robot.assembly import RobotParts, build_drive
 from teleop.robot.drive import Drive
 from teleop.robot.guard.guard import Guard
 from teleop.robot.guard.outline import Box, Outline
-from teleop.robot.inbox import ArmWish, StepAlive, StepGoal, WorldCall
+from teleop.robot.inbox import ArmWish, WorldCall
 from teleop.robot.playground.playground import Playground
-from teleop.robot.step_results import StepOutcome, StepResult
 from tests.robot_sim.conftest import ROOM
 from tests.teleop.robot.guard.support import hold, robot_in, room_with
+from tests.teleop.robot.playground.test_playground import moved
 
 
 def test_gap_to_a_point_is_that_of_hull_or_arm_whichever_is_nearer() -> None:
@@ -108,20 +108,6 @@ def test_arm_that_reaches_out_makes_the_robot_stop_so_much_earlier() -> None:
     assert 0.0 < 10.0 - last.truth.map_from_base.position[0] - arm.front < 0.12
 
 
-def test_step_that_the_guard_stops_ends_with_its_reason() -> None:
-    drive = robot_in(room_with(""), 8.5, 4.0)
-    results: list[StepResult] = []
-    goal = StepGoal("driver", 1, distance=3.0, speed=0.4)
-    for tick in range(500):
-        now = drive.simulation.stamp
-        inbox = (goal,) if tick == 0 else (StepAlive("driver", now),)
-        results += drive.tick(now, inbox).steps.ended
-    (result,) = results
-    assert result.outcome is StepOutcome.GUARD
-    assert "obstacle" in result.message
-    assert 0.9 < result.distance < 1.3
-
-
 def test_robot_that_is_carried_off_unasked_is_not_held_by_what_stood_around_it_before() -> None:
     """Low things beside it, of which only the vertical scanner knows, are never seen through."""
     low = '[[furniture]]\ntype = "box"\nat = [4.0, 4.4]\nsize = [0.6, 0.2, 0.2]\n'
@@ -142,21 +128,7 @@ def test_nothing_is_remembered_of_where_the_robot_was_before_it_was_carried() ->
     assert isinstance(drive.guard, Guard)
     backward = (-0.1, 0.0)
     assert drive.guard.room(backward, 1.0).length < 0.4
-    request = {
-        "entity": "robot",
-        "state": {
-            "header": {"stamp": {"sec": 0, "nanosec": 0}, "frame_id": "map"},
-            "pose": {
-                "position": {"x": 4.0, "y": 4.0, "z": 0.0},
-                "orientation": {"x": 0.0, "y": 0.0, "z": 0.0, "w": 1.0},
-            },
-            "twist": {k: {"x": 0.0, "y": 0.0, "z": 0.0} for k in ("linear", "angular")},
-            "acceleration": {k: {"x": 0.0, "y": 0.0, "z": 0.0} for k in ("linear", "angular")},
-        },
-        "set_pose": True,
-        "set_twist": False,
-        "set_acceleration": False,
-    }
+    request = moved(Pose.planar(4.0, 4.0, 0.0))
     hold(drive, 0.0, 0.0, 0.3, WorldCall("anna", 1, "SetEntityState", json.dumps(request)))
     assert drive.simulation.truth().map_from_base.position[0] < 4.1
     assert drive.guard.room(backward, 1.0).length == 1.0

@@ -12,12 +12,11 @@ import numpy as np
 import pytest
 
 from localization.logs.ros_geometry import pose_to_dict
-from localization.types import Hint, Pose, Twist, WheelSpeeds
+from localization.types import Hint, Pose, WheelSpeeds
 from robot_sim import Simulation, World
 from teleop.errors import SettingError
-from teleop.joystick import VelocityRequest
 from teleop.robot.drive import Drive
-from teleop.robot.inbox import DriveCommand, EStop, InboxMessage, PoseHint, WorldCall
+from teleop.robot.inbox import EStop, InboxMessage, PoseHint, WorldCall
 from teleop.robot.playground.playground import Playground, WorldChoice
 from teleop.robot.served_scene import NextRobot, anew
 from teleop.robot.serving.address import Address
@@ -28,12 +27,26 @@ from teleop.robot.world_control.spares import SPARE_BOXES, SPARE_PEOPLE
 from teleop.ros_types import registry
 from teleop.rosbridge import Client
 from teleop.rosbridge.errors import ServiceCallError
-from tests.teleop.robot.served_robots import DRIVER, VIEWER, tokens
+from tests.teleop.robot.served_robots import DRIVER, VIEWER, audited, signed_in
+from tests.teleop.robot.sticks import stick
 from tests.teleop.support import InRealTime, in_a_loop
 
-NEUTRAL = DriveCommand("anna", VelocityRequest(Twist.planar(0.0, 0.0), enabled=True))
-FULL = DriveCommand("anna", VelocityRequest(Twist.planar(0.7, 0.0), enabled=True))
+NEUTRAL, FULL = stick("anna", 0.0), stick("anna", 0.7)
 ELSEWHERE = Pose.from_euler(np.array([22.0, 3.0, 0.0]), yaw=np.pi)
+
+
+def moved(pose: Pose) -> dict[str, object]:
+    """Return a request that moves the robot."""
+    nothing = {part: {"x": 0.0, "y": 0.0, "z": 0.0} for part in ("linear", "angular")}
+    header = {"stamp": {"sec": 0, "nanosec": 0}, "frame_id": "map"}
+    state = {
+        "header": header,
+        "pose": pose_to_dict(pose),
+        "twist": nothing,
+        "acceleration": nothing,
+    }
+    parts = {f"set_{part}": part == "pose" for part in ("pose", "twist", "acceleration")}
+    return {"entity": "robot", "state": state, **parts}
 
 
 class Played:
@@ -57,20 +70,6 @@ class Played:
         assert answer.number == number
         return answer.response
 
-    def state(self, pose: Pose) -> dict[str, object]:
-        nothing = {part: {"x": 0.0, "y": 0.0, "z": 0.0} for part in ("linear", "angular")}
-        header = {"stamp": {"sec": 0, "nanosec": 0}, "frame_id": "map"}
-        return {
-            "entity": "robot",
-            "state": {
-                "header": header,
-                "pose": pose_to_dict(pose),
-                "twist": nothing,
-                "acceleration": nothing,
-            },
-            **{f"set_{part}": part == "pose" for part in ("pose", "twist", "acceleration")},
-        }
-
     @property
     def x(self) -> float:
         return float(self.simulation.truth().map_from_base.position[0])
@@ -93,10 +92,10 @@ def wheels(readings: Sequence[object]) -> float:
 
 def test_robot_is_carried_and_reset_brings_it_back_with_the_pose_it_knows(played: Played) -> None:
     start = played.x
-    assert played.call("SetEntityState", **played.state(ELSEWHERE))["result"]["result"] == 1
+    assert played.call("SetEntityState", **moved(ELSEWHERE))["result"]["result"] == 1
     assert played.x == pytest.approx(22.0, abs=0.01)
     wall = Pose.from_euler(np.array([-50.0, 3.0, 0.0]), yaw=0.0)
-    refused = played.call("SetEntityState", **played.state(wall))
+    refused = played.call("SetEntityState", **moved(wall))
     assert "is off the floor" in refused["result"]["error_message"]
     tick = played.tick(WorldCall("anna", 99, "ResetSimulation", json.dumps({"scope": 6})))
     assert played.x == pytest.approx(start, abs=0.01)
@@ -179,15 +178,11 @@ def test_playground_in_lockstep_is_refused() -> None:
 async def test_operator_plays_over_the_wire_and_a_viewer_does_not(
     in_real_time: InRealTime, tmp_path: Path
 ) -> None:
-    record, audit = tmp_path / "run.mcap", tmp_path / "audit.jsonl"
-    config = ServeConfig(
-        port=0, playground=True, tokens=tokens(tmp_path), record=record, audit=audit
+    record = tmp_path / "run.mcap"
+    played_with = signed_in(
+        in_real_time, tmp_path, DRIVER, VIEWER, port=0, playground=True, record=record
     )
-    async with (
-        in_real_time(config) as address,
-        Client(address.url, token=DRIVER, registry=registry()) as driver,
-        Client(address.url, token=VIEWER, registry=registry()) as viewer,
-    ):
+    async with played_with as (_, (driver, viewer)):
         assert (await driver.call("/teleop/session"))["may_play"]
         assert not (await viewer.call("/teleop/session"))["may_play"]
         with pytest.raises(ServiceCallError, match="role view may not call"):
@@ -202,8 +197,7 @@ async def test_operator_plays_over_the_wire_and_a_viewer_does_not(
         wrong = await driver.call("/playground/link", {"settings": ["speed=1"]})
         assert "'speed=1' is no setting" in wrong["message"]
         assert (await driver.call("/playground/link", {"settings": []}))["success"]
-    lines = [json.loads(line) for line in audit.read_text().splitlines()]
-    played = [line for line in lines if line["what"] == "playground"]
+    played = [line for line in audited(tmp_path) if line["what"] == "playground"]
     assert [line["service"] for line in played[:2]] == ["SetEntityState", "PlaygroundLink"]
     assert {line["holder"] for line in played} == {"driver"}
     assert b"/playground/calls" in record.read_bytes()

@@ -19,6 +19,7 @@ from localization.maps.cloud import Cloud
 from localization.types import SECOND, Health
 from robot_sim import Simulation, World
 from teleop import clock
+from teleop.robot.assembly import latched_of
 from teleop.robot.drive import Drive
 from teleop.robot.inbox import DriveCommand
 from teleop.robot.real_time.control_process import ControlProcess
@@ -28,7 +29,6 @@ from teleop.robot.serve import start_estimator, start_gateway
 from teleop.robot.serving.address import Address
 from teleop.robot.serving.serve_config import ServeConfig
 from teleop.robot.tick_record import DriveRecord
-from teleop.robot.topics.topic_table import latched_messages
 from tests.teleop.support import Peer, in_a_loop, peer
 
 pytestmark = [pytest.mark.process, pytest.mark.slow]
@@ -69,7 +69,7 @@ class Robot:
 @asynccontextmanager
 async def robot(world: World, cloud: Cloud, cache: Path) -> AsyncIterator[Robot]:
     simulation = Simulation(world, seed=0)
-    latched = latched_messages(cloud, simulation.world.robot, simulation.mounts, "run")
+    latched = latched_of(simulation, cloud, "run")
     config = ServeConfig(port=0, log_level="error")
     for_gateway = GatewaySetup(config, world.name, latched, None, SECOND)
     for_estimator = EstimatorSetup(cloud, simulation.mounts, cache, None, {}, 0.11)

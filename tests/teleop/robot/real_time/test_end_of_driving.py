@@ -20,20 +20,17 @@ import numpy as np
 import pytest
 
 from localization.logs.open_log import open_log
-from localization.types import Twist, WheelSpeeds
+from localization.types import WheelSpeeds
 from robot_sim import Simulation, World
 from teleop import clock
-from teleop.joystick import VelocityRequest
 from teleop.robot.drive import Drive
-from teleop.robot.inbox import DriveCommand
 from teleop.robot.real_time.channel import Channel, ChannelClosedError
 from teleop.robot.real_time.child_process import ChildProcess
 from teleop.robot.real_time.control_process import ControlProcess
 from teleop.robot.real_time.process_messages import OTHER, Wanted, pack
 from teleop.robot.tick_record import DriveRecord
+from tests.teleop.robot.sticks import stick
 from tests.teleop.support import peer
-
-AHEAD = VelocityRequest(Twist.planar(0.5, 0.0), enabled=True)
 
 
 class Child:
@@ -82,7 +79,7 @@ class Driving:
         raise AssertionError(f"{what} is started again")
 
     def _want(self) -> None:
-        command = DriveCommand("a", AHEAD, arrival=clock.monotonic(), stream=True, rested=True)
+        command = stick("a", 0.5, arrival=clock.monotonic(), stream=True, rested=True)
         with contextlib.suppress(ChannelClosedError):
             self.gateway.other.send(pack(OTHER, Wanted((command,))))
 
@@ -140,6 +137,13 @@ def served(log: Path) -> Iterator[tuple[subprocess.Popen[str], str]]:
                 robot.kill()
 
 
+def processes(robot: subprocess.Popen[str]) -> dict[str, int]:
+    """Return the numbers of a robot's processes by their names."""
+    children = Path(f"/proc/{robot.pid}/task/{robot.pid}/children").read_text().split()
+    numbers = (robot.pid, *map(int, children))
+    return {Path(f"/proc/{each}/comm").read_text().strip(): each for each in numbers}
+
+
 async def drive_into(robot: subprocess.Popen[str], url: str, number: int) -> None:
     """Drive for a second, send the signal, and go on sending velocities until the robot is gone."""
     async with peer(url) as client:
@@ -165,9 +169,7 @@ def test_signal_while_driving_leaves_a_robot_at_rest_in_its_log(
 ) -> None:
     log = tmp_path / "drive.mcap"
     with served(log) as (robot, url):
-        children = Path(f"/proc/{robot.pid}/task/{robot.pid}/children").read_text().split()
-        names = [Path(f"/proc/{each}/comm").read_text().strip() for each in (robot.pid, *children)]
-        assert sorted(names) == ["control", "estimator", "gateway"], "as ps shows them"
+        assert sorted(processes(robot)) == ["control", "estimator", "gateway"], "as ps shows them"
         asyncio.run(drive_into(robot, url, number))
         assert robot.wait(60.0) == 0
     wheels = [r for r in open_log(log) if isinstance(r, WheelSpeeds)]
@@ -182,17 +184,12 @@ def test_signal_while_driving_leaves_a_robot_at_rest_in_its_log(
 def test_record_goes_on_in_another_file_once_the_estimator_is_killed(tmp_path: Path) -> None:
     log = tmp_path / "drive.mcap"
     with served(log) as (robot, url):
-        children = Path(f"/proc/{robot.pid}/task/{robot.pid}/children").read_text().split()
-        (estimator,) = (
-            each
-            for each in children
-            if Path(f"/proc/{each}/comm").read_text().strip() == "estimator"
-        )
+        estimator = processes(robot)["estimator"]
 
         async def kill_and_drive() -> None:
             while log.stat().st_size < 50_000:  # noqa: ASYNC110 - until the first readings are on the disk
                 await asyncio.sleep(0.1)
-            os.kill(int(estimator), signal.SIGKILL)
+            os.kill(estimator, signal.SIGKILL)
             await drive_into(robot, url, signal.SIGINT)
 
         asyncio.run(kill_and_drive())

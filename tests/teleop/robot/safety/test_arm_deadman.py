@@ -4,25 +4,16 @@ from __future__ import annotations
 
 import pytest
 
-from localization.types import SECOND, Pose, Twist
-from robot_sim import DriveConfig
-from teleop.joystick import VelocityRequest
+from localization.types import SECOND, Pose
 from teleop.robot.arm.arm_commands import ArmTwist, Hand, JointJog, Stream, TipTarget
 from teleop.robot.inbox import ArmWish, Ask, DriveCommand, EStop, EStopReset, Give
 from teleop.robot.safety.arm_deadman import OPEN_FIRST, ZERO_OR_PAUSE
-from teleop.robot.safety.control_state import ControlMode, SafetyConfig
+from teleop.robot.safety.control_state import ControlMode
 from teleop.robot.safety.safety import Safety
-from teleop.robot.safety.speed_limits import SpeedLimits
+from tests.teleop.robot.safety.test_safety import FORWARD, NEUTRAL, TICK, idle
 
-TICK = SafetyConfig().tick
 CLOSED, OPEN = Hand(Pose.identity(), engaged=True), Hand(Pose.identity(), engaged=False)
 JOG, REST = JointJog((0.1, 0.0, 0.0, 0.0, 0.0)), JointJog((0.0,) * 5)
-NEUTRAL = VelocityRequest(Twist.planar(0.0, 0.0), enabled=True)
-FORWARD = VelocityRequest(Twist.planar(0.4, 0.0), enabled=True)
-
-
-def idle() -> Safety:
-    return Safety(SpeedLimits.of(DriveConfig()))
 
 
 def ask(

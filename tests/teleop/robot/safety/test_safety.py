@@ -16,12 +16,11 @@ from teleop.robot.safety.control_state import ControlMode, SafetyConfig
 from teleop.robot.safety.estop import estop_after
 from teleop.robot.safety.safety import Safety
 from teleop.robot.safety.speed_limits import SpeedLimits
+from tests.teleop.robot.sticks import wanted
 
 TICK = SafetyConfig().tick
 
-NEUTRAL = VelocityRequest(Twist.planar(0.0, 0.0), enabled=True)
-FORWARD = VelocityRequest(Twist.planar(0.4, 0.1), enabled=True)
-RELEASED = VelocityRequest(Twist.planar(0.4, 0.1), enabled=False)
+NEUTRAL, FORWARD, RELEASED = wanted(0.0), wanted(0.4, 0.1), wanted(0.4, 0.1, enabled=False)
 
 
 def idle() -> Safety:
@@ -120,11 +119,11 @@ def test_pending_messages_decide_who_may_reset_the_estop() -> None:
 
 def test_requests_beyond_the_limits_are_scaled_along_their_curve() -> None:
     safety = armed()
-    ask(safety, "a", VelocityRequest(Twist.planar(1.4, -1.0), enabled=True), 1)
+    ask(safety, "a", wanted(1.4, -1.0), 1)
     twist = safety.command(1)
     assert twist.linear[0] == pytest.approx(0.7)
     assert twist.angular[2] == pytest.approx(-0.5)
-    ask(safety, "a", VelocityRequest(Twist.planar(0.1, math.radians(280.0)), enabled=True), 2)
+    ask(safety, "a", wanted(0.1, math.radians(280.0)), 2)
     twist = safety.command(2)
     assert twist.angular[2] == pytest.approx(math.radians(140.0))
     assert twist.linear[0] == pytest.approx(0.05)

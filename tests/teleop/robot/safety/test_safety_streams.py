@@ -4,27 +4,21 @@ from __future__ import annotations
 
 import pytest
 
-from localization.types import SECOND, Twist
-from robot_sim import DriveConfig
-from teleop.joystick import VelocityRequest
+from localization.types import SECOND
 from teleop.robot.inbox import DriveCommand, EStop, EStopReset
 from teleop.robot.safety.arming import ZERO_FIRST, ZERO_OR_PAUSE
 from teleop.robot.safety.control_state import ControlMode
 from teleop.robot.safety.safety import Safety
-from teleop.robot.safety.speed_limits import SpeedLimits
+from tests.teleop.robot.safety.test_safety import idle, moving
+from tests.teleop.robot.sticks import stick
 
 MS = SECOND // 1000
-
-
-def safety() -> Safety:
-    return Safety(SpeedLimits.of(DriveConfig()))
 
 
 def twist(
     client: str = "a", forward: float = 0.4, *, at: int, rested: bool = False
 ) -> DriveCommand:
-    request = VelocityRequest(Twist.planar(forward, 0.0), enabled=True)
-    return DriveCommand(client, request, arrival=at, stream=True, rested=rested)
+    return stick(client, forward, arrival=at, stream=True, rested=rested)
 
 
 def say(robot: Safety, command: DriveCommand) -> str | None:
@@ -32,18 +26,14 @@ def say(robot: Safety, command: DriveCommand) -> str | None:
     return robot.request(command, command.arrival)
 
 
-def moving(robot: Safety, now: int) -> bool:
-    return bool(robot.command(now).linear.any())
-
-
 def test_stream_that_begins_with_motion_on_a_free_lease_drives() -> None:
-    robot = safety()
+    robot = idle()
     assert say(robot, twist(at=0)) is None
     assert moving(robot, 0)
 
 
 def test_stream_owes_a_zero_after_an_estop_from_any_client() -> None:
-    robot = safety()
+    robot = idle()
     say(robot, twist(at=0))
     robot.stop(EStop("b"))
     robot.reset(EStopReset("b"))
@@ -57,7 +47,7 @@ def test_stream_owes_a_zero_after_an_estop_from_any_client() -> None:
 
 
 def test_both_sides_of_a_take_over_owe_a_zero() -> None:
-    robot = safety()
+    robot = idle()
     say(robot, twist("a", at=0))
     robot.take_over("b", 1)
     assert say(robot, twist("b", at=2)) == ZERO_FIRST
@@ -70,7 +60,7 @@ def test_both_sides_of_a_take_over_owe_a_zero() -> None:
 @pytest.mark.parametrize("stall", [0.8, 3.0, 10.0])
 def test_burst_behind_a_stall_never_drives(stall: float) -> None:
     """Nor does the stream that goes on behind it, until it has paused or sent a zero."""
-    robot = safety()
+    robot = idle()
     now = 0
     for _ in range(10):
         say(robot, twist(at=now))
@@ -91,7 +81,7 @@ def test_burst_behind_a_stall_never_drives(stall: float) -> None:
 
 
 def test_pause_over_a_working_link_lets_a_stopped_stream_drive_again() -> None:
-    robot = safety()
+    robot = idle()
     say(robot, twist(at=0))
     assert not moving(robot, SECOND)
     assert say(robot, twist(at=2 * SECOND, rested=True)) is None
@@ -99,15 +89,12 @@ def test_pause_over_a_working_link_lets_a_stopped_stream_drive_again() -> None:
 
 
 def test_stick_must_be_neutral_however_long_it_paused() -> None:
-    robot = safety()
-    stick = DriveCommand(
-        "a", VelocityRequest(Twist.planar(0.4, 0.0), enabled=True), arrival=0, rested=True
-    )
-    assert robot.request(stick, 0) == "send a neutral stick first"
+    robot = idle()
+    assert robot.request(stick("a", 0.4, arrival=0, rested=True), 0) == "send a neutral stick first"
 
 
 def test_all_clients_are_forgotten_when_the_server_is_lost() -> None:
-    robot = safety()
+    robot = idle()
     say(robot, twist(at=0))
     robot.server_lost("the server has ended")
     assert not moving(robot, 1)
@@ -117,7 +104,7 @@ def test_all_clients_are_forgotten_when_the_server_is_lost() -> None:
 
 
 def test_estop_by_nobody_with_a_name_is_released_by_those_who_may_drive() -> None:
-    robot = safety()
+    robot = idle()
     robot.stop(EStop("visitor"))
     viewer = EStopReset("v", "viewer")
     assert robot.reset(viewer) == (

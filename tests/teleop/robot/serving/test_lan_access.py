@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import asyncio
-import json
 import os
 import pty
 import re
@@ -25,7 +24,7 @@ from teleop.robot.serving.serve_config import ServeConfig
 from teleop.ros_types import registry
 from teleop.rosbridge import Client
 from teleop.rosbridge.errors import ClientError
-from tests.teleop.robot.served_robots import Serving, tokens
+from tests.teleop.robot.served_robots import Serving, audited, tokens
 from tests.teleop.rosbridge.auth.test_authentication import certificate
 from tests.teleop.support import ROOT, in_a_loop
 
@@ -155,8 +154,7 @@ def test_token_is_printed_to_a_terminal_and_never_to_a_file(tmp_path: Path) -> N
         process.send_signal(signal.SIGINT)
         assert process.wait(60) == 0
     assert "\x1b" not in log.read_text()
-    lines = [json.loads(line) for line in audit.read_text().splitlines()]
-    assert ("e-stop", "lan") in {(line["what"], line.get("holder")) for line in lines}
+    assert ("e-stop", "lan") in {(line["what"], line.get("holder")) for line in audited(tmp_path)}
     for text in (log.read_text(), audit.read_text()):
         assert token not in text
         assert "#token=" not in text

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import ssl
 from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager
@@ -16,7 +15,7 @@ from teleop.robot.serving.serve_config import ServeConfig
 from teleop.ros_types import registry
 from teleop.rosbridge import Client
 from teleop.rosbridge.errors import RosbridgeError, ServiceCallError
-from tests.teleop.robot.served_robots import ADMIN, Serving, tokens
+from tests.teleop.robot.served_robots import ADMIN, Serving, audited, tokens
 from tests.teleop.support import in_a_loop
 
 DRIVE = {"role": "operate", "seconds": 600.0, "name": ""}
@@ -84,7 +83,7 @@ async def test_each_device_of_a_link_has_its_own_token_and_is_shut_out_alone(
             with pytest.raises(RosbridgeError):
                 await other.call("/teleop/session")
             assert [await robot.admits(token) for token in (phone, tablet)] == [True, False]
-    lines = [json.loads(line) for line in robot.audit.read_text().splitlines()]
+    lines = audited(tmp_path)
     told = [(line["what"], line.get("holder"), line.get("token")) for line in lines]
     assert ("own token", "link of the terminal", "Anna's phone 2") in told
     assert ("revoke", "Anna's phone", "Anna's phone 2") in told

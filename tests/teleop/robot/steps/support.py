@@ -11,11 +11,10 @@ from localization.types import Pose
 from robot_sim import TICK_NS, SimulationConfig, World
 from teleop.link.command_age import RoundTrips
 from teleop.robot.arm.arm_fit import ArmFit
-from teleop.robot.assembly import RobotParts, build_drive
+from teleop.robot.assembly import RobotParts, build_drive, latched_of
 from teleop.robot.clients.rosbridge_adapter import RosbridgeAdapter
 from teleop.robot.inbox import InboxMessage
 from teleop.robot.tick_record import DriveRecord
-from teleop.robot.topics.topic_table import latched_messages
 from teleop.ros_types import registry
 from teleop.rosbridge.framing.outgoing_frames import CloseFrame, Output
 from teleop.rosbridge.limits import ClientLimits
@@ -119,7 +118,7 @@ class StepRig:
         server = Server(self.protocol, port=0, clock=lambda: simulation.stamp, lockstep=True)
         self.adapter = RosbridgeAdapter(
             server,
-            latched_messages(cloud, world.robot, simulation.mounts, arm=arm),
+            latched_of(simulation, cloud),
             undo_memory=0,
             round_trips=round_trips,
             arm=arm,

@@ -5,26 +5,22 @@ from __future__ import annotations
 import json
 import math
 from dataclasses import replace
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 
-from localization.maps.cloud import Cloud
-from localization.maps.prepared_map import prepare
-from localization.pipeline.localizer import Localizer
-from localization.types import Health, Hint, Inertial, Pose, Twist, WheelSpeeds
+from localization.types import Health, Hint, Inertial, Pose, WheelSpeeds
 from robot_sim import JACKAL, DriveConfig, Simulation, SimulationConfig, World, sensor_suite
 from robot_sim.drive.aria_packets import StandardPacket
 from robot_sim.drive.motor_controller import FirmwareConfig
-from teleop.joystick import VelocityRequest
-from teleop.robot.inbox import DriveCommand, InboxMessage, PoseHint
-from teleop.robot.robot import Robot
+from teleop.robot.inbox import InboxMessage, PoseHint
 from teleop.robot.tick_record import TickRecord
 from teleop.robot.topics.topic_table import OUTPUTS
 from teleop.ros_types import registry
 from teleop.rosbridge.messages.json_cbor_codec import Codec
+from tests.teleop.robot.conftest import RobotOf
+from tests.teleop.robot.sticks import stick
 
 REGISTRY = registry()
 CODEC = Codec(REGISTRY)
@@ -40,16 +36,15 @@ def published(tick: TickRecord, name: str) -> dict[str, Any]:
 
 
 @pytest.fixture(scope="module")
-def ticks(office: World, office_cloud: Cloud, cache: Path) -> list[TickRecord]:
+def ticks(office: World, robot_of: RobotOf) -> list[TickRecord]:
     """A robot with firmware that turns, then drives into the wall east of the office's lobby."""
     config = SimulationConfig(drive=DriveConfig(firmware=FirmwareConfig()), scanners=())
     start = Pose.planar(25.3, 3.0, math.radians(-12.0))
     simulation = Simulation(office, config=config, start=start)
-    robot = Robot(simulation, Localizer(prepare(office_cloud, cache=cache), simulation.mounts))
+    robot = robot_of(simulation)
 
     def tick(forward: float, turn: float) -> TickRecord:
-        request = VelocityRequest(Twist.planar(forward, turn), enabled=True)
-        return robot.tick(simulation.stamp, [DriveCommand("operator", request)])
+        return robot.tick(simulation.stamp, [stick("operator", forward, turn)])
 
     return (
         [tick(0.0, 0.0) for _ in range(5)]
@@ -133,12 +128,11 @@ def test_a_fall_is_an_error(office: World, ticks: list[TickRecord]) -> None:
 
 
 def test_localiser_follows_wheels_that_come_ten_times_a_second(
-    office: World, office_cloud: Cloud, cache: Path
+    office: World, robot_of: RobotOf
 ) -> None:
     config = SimulationConfig(drive=DriveConfig(firmware=FirmwareConfig()))
     simulation = Simulation(office, config=config, seed=4)
-    localizer = Localizer(prepare(office_cloud, cache=cache), simulation.mounts)
-    robot = Robot(simulation, localizer)
+    robot = robot_of(simulation)
     start = simulation.truth().map_from_base
     inbox: list[InboxMessage] = [PoseHint("a", Hint(0, start, np.zeros((6, 6))))]
     errors, healths = [], set()
@@ -146,9 +140,7 @@ def test_localiser_follows_wheels_that_come_ten_times_a_second(
         tick = robot.tick(simulation.stamp, inbox)
         # Stop and go, to the left and to the right.
         forward, turn = (0.5, 0.0) if number % 100 < 50 else (0.1, 2.0 if number < 200 else -2.0)
-        inbox = [
-            DriveCommand("operator", VelocityRequest(Twist.planar(forward, turn), enabled=True))
-        ]
+        inbox = [stick("operator", forward, turn)]
         estimate = tick.estimate
         if number > 100:
             healths.add(estimate.health)
@@ -161,12 +153,12 @@ def test_localiser_follows_wheels_that_come_ten_times_a_second(
 
 
 def test_every_scan_of_a_mirror_faster_than_the_ticks_is_published(
-    office: World, office_cloud: Cloud, cache: Path
+    office: World, robot_of: RobotOf
 ) -> None:
     """An LMS-200 at 0.5 deg ends 75 half scans a second; ticks are 50."""
     scanners = sensor_suite("sick_lms200").scanners
     simulation = Simulation(office, config=SimulationConfig(scanners=scanners))
-    robot = Robot(simulation, Localizer(prepare(office_cloud, cache=cache), simulation.mounts))
+    robot = robot_of(simulation)
     found: dict[str, list[tuple[int, float]]] = {"/scan": [], "/scan_vertical": []}
     for _ in range(16):
         tick = robot.tick(simulation.stamp, [])

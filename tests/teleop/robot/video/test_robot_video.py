@@ -15,8 +15,7 @@ from localization.maps.cloud import Cloud
 from robot_sim import World
 from teleop.errors import SettingError
 from teleop.robot.serving.serve_config import ServeConfig
-from teleop.rosbridge import Client
-from tests.teleop.robot.served_robots import DRIVER, VIEWER, Serving, served, tokens
+from tests.teleop.robot.served_robots import DRIVER, VIEWER, Serving, audited, served, signed_in
 from tests.teleop.support import in_a_loop, peer, soon
 from tests.teleop.video.support import get, picture, viewer
 from tests.teleop.video.webrtc.support import frame_of, watching as watching_by_webrtc
@@ -82,17 +81,8 @@ async def test_a_robot_in_lockstep_shows_what_it_sees_and_photographs_it(
 async def test_photographs_and_who_was_refused_pictures_are_in_the_audit_log(
     serving: Serving, tmp_path: Path
 ) -> None:
-    config = ServeConfig(
-        name="rover-7",
-        camera="small",
-        photos=tmp_path / "photos",
-        tokens=tokens(tmp_path),
-        audit=tmp_path / "audit.jsonl",
-    )
-    async with (
-        serving(config) as address,
-        Client(address.url, token=DRIVER) as driver,
-    ):
+    settings = {"name": "rover-7", "camera": "small", "photos": tmp_path / "photos"}
+    async with signed_in(serving, tmp_path, DRIVER, **settings) as (address, (driver,)):
         announced: asyncio.Queue[dict[str, Any]] = asyncio.Queue()
         await driver.subscribe("/cam_sources", "std_msgs/String", announced.put_nowait)
         assert list(json.loads((await soon(announced.get()))["data"])) == [
@@ -114,7 +104,7 @@ async def test_photographs_and_who_was_refused_pictures_are_in_the_audit_log(
         steps.cancel()
         with contextlib.suppress(asyncio.CancelledError):
             await steps
-    lines = [json.loads(line) for line in config.audit.read_text().splitlines()]  # type: ignore[union-attr]
+    lines = audited(tmp_path)
     refused = [line for line in lines if line["what"] == "viewer refused"]
     assert [(line["client"], line["path"]) for line in refused] == [("127.0.0.1", "/stream")]
     assert "a token is required" in refused[0]["refused"]

@@ -36,7 +36,7 @@ async def test_a_viewer_sees_the_camera_and_nothing_beyond_loopback_is_bound(
 ) -> None:
     async with webrtc(tmp_path) as (rig, pages):
         before = udp_addresses()
-        async with watching(rig.server.port) as (_, track):
+        async with watching(rig.port) as (_, track):
             first, second = await frame_of(track), await frame_of(track)
             assert (first.width, first.height) == (WIDTH, HEIGHT)
             assert first.pts is not None
@@ -55,7 +55,7 @@ async def test_the_answer_names_no_address_but_the_servers_and_no_ice_server_is_
 ) -> None:
     async with webrtc(tmp_path) as (rig, _):
         viewer = WebrtcViewer()
-        answer = (await post(rig.server.port, await viewer.offer())).body.decode()
+        answer = (await post(rig.port, await viewer.offer())).body.decode()
         await viewer.connection.close()
         candidates = re.findall(r"^a=candidate:.*$", answer, re.MULTILINE)
         assert candidates
@@ -81,7 +81,7 @@ async def test_an_address_that_an_offer_names_gets_no_packet(tmp_path: Path) -> 
         offer = re.sub(r"127\.0\.0\.1 \d+ typ", f"127.0.0.1 {port} typ", await viewer.offer())
         named = offer + f"a=candidate:7 1 udp 1 made-up-name.local {port} typ host\r\n"
         assert f"127.0.0.1 {port} typ host" in named
-        answer = await post(rig.server.port, named)
+        answer = await post(rig.port, named)
         track = await viewer.accept(answer.body.decode())
         await frame_of(track)
         assert not bystander.received
@@ -93,13 +93,13 @@ async def test_an_address_that_an_offer_names_gets_no_packet(tmp_path: Path) -> 
 async def test_a_viewer_beyond_the_most_is_refused_until_one_leaves(tmp_path: Path) -> None:
     async with webrtc(tmp_path) as (rig, pages):
         viewers = [WebrtcViewer() for _ in range(MAX_PEERS + 1)]
-        answers = [await post(rig.server.port, await each.offer()) for each in viewers]
+        answers = [await post(rig.port, await each.offer()) for each in viewers]
         assert [answer.status for answer in answers] == [200] * MAX_PEERS + [503]
         assert answers[-1].line == "4 viewers watch by WebRTC already: /stream has room for more"
         await pages.close()
         assert pages.peers == 0
         again = WebrtcViewer()
-        assert (await post(rig.server.port, await again.offer())).status == 200
+        assert (await post(rig.port, await again.offer())).status == 200
         for viewer in (*viewers, again):
             await viewer.connection.close()
 
@@ -112,14 +112,14 @@ async def test_tokens_and_tickets_admit_and_a_withdrawn_token_ends_the_connectio
         viewer = WebrtcViewer()
         offer = await viewer.offer()
         await viewer.connection.close()
-        refused = await post(rig.server.port, offer)
+        refused = await post(rig.port, offer)
         assert refused.status == 401
         assert "a token is required" in refused.line
         bearer = {"Authorization": "Bearer view-view-view-view"}
-        ticket = (await get(rig.server.port, "/video_ticket", "POST", **bearer)).json["ticket"]
-        page = await get(rig.server.port, f"{VIEWER}?ticket={ticket}")
+        ticket = (await get(rig.port, "/video_ticket", "POST", **bearer)).json["ticket"]
+        page = await get(rig.port, f"{VIEWER}?ticket={ticket}")
         assert page.status == 200
-        async with watching(rig.server.port, f"?ticket={ticket}") as (_, track):
+        async with watching(rig.port, f"?ticket={ticket}") as (_, track):
             await frame_of(track)
             monkeypatch.setattr(rig.access, "still", lambda access: False)
             with contextlib.suppress(MediaStreamError):
@@ -131,7 +131,6 @@ async def test_tokens_and_tickets_admit_and_a_withdrawn_token_ends_the_connectio
 @in_a_loop
 async def test_offers_that_are_none_are_refused_in_one_line(tmp_path: Path) -> None:
     async with webrtc(tmp_path) as (rig, pages):
-        port = rig.server.port
         sound = WebrtcViewer()
         audio = await sound.offer(kind="audio")
         await sound.connection.close()
@@ -142,12 +141,12 @@ async def test_offers_that_are_none_are_refused_in_one_line(tmp_path: Path) -> N
             (audio, 400, "this one has: audio"),
             ("m=video 9\r\n" * 3, 400, "this one has: video, video, video"),
         ):
-            answer = await post(port, offer)
+            answer = await post(rig.port, offer)
             assert (answer.status, answer.body.count(b"\n")) == (status, 1), answer.line
             assert line in answer.line
-        wrong = await post(port, "v=0", Content_Type="application/json")
+        wrong = await post(rig.port, "v=0", Content_Type="application/json")
         assert wrong.status == 415
-        depth = await post(port, "v=0", "?topic=/camera/depth/image_raw")
+        depth = await post(rig.port, "v=0", "?topic=/camera/depth/image_raw")
         assert depth.status == 404
         assert "/camera/rgb/image_rect_color, /camera/rgb/image_raw" in depth.line
         assert pages.peers == 0
@@ -159,7 +158,7 @@ async def test_pages_of_other_origins_get_no_answer(tmp_path: Path) -> None:
     async with webrtc(tmp_path) as (rig, _):
         for path in ("/webrtc/offer", VIEWER, "/webrtc_viewer.js"):
             method = "POST" if path == "/webrtc/offer" else "GET"
-            answer = await get(rig.server.port, path, method, Sec_Fetch_Site="cross-site")
+            answer = await get(rig.port, path, method, Sec_Fetch_Site="cross-site")
             assert answer.status == 403
             assert answer.headers.get("access-control-allow-origin") is None
 
@@ -167,11 +166,11 @@ async def test_pages_of_other_origins_get_no_answer(tmp_path: Path) -> None:
 @in_a_loop
 async def test_the_page_runs_its_own_script_alone(tmp_path: Path) -> None:
     async with webrtc(tmp_path) as (rig, _):
-        page = await get(rig.server.port, VIEWER)
+        page = await get(rig.port, VIEWER)
         policy = page.headers["content-security-policy"]
         assert "default-src 'none'; script-src 'self'; connect-src 'self'" in policy
         assert b'<script src="/webrtc_viewer.js" defer></script>' in page.body
-        script = await get(rig.server.port, "/webrtc_viewer.js")
+        script = await get(rig.port, "/webrtc_viewer.js")
         assert script.headers["content-type"].startswith("text/javascript")
         assert b"iceServers" not in script.body
 
@@ -179,8 +178,8 @@ async def test_the_page_runs_its_own_script_alone(tmp_path: Path) -> None:
 @in_a_loop
 async def test_without_it_there_is_no_such_page(tmp_path: Path) -> None:
     async with video(tmp_path, filming=False) as rig:
-        assert (await post(rig.server.port, "v=0")).status in (400, 404)
-        assert (await get(rig.server.port, VIEWER)).status == 404
+        assert (await post(rig.port, "v=0")).status in (400, 404)
+        assert (await get(rig.port, VIEWER)).status == 404
 
 
 @pytest.mark.process
