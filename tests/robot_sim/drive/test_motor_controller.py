@@ -11,7 +11,7 @@ import pytest
 from hypothesis import given, strategies as st
 
 from localization.types import SECOND, Inertial, Twist, WheelSpeeds
-from robot_sim.drive.aria_packets import StandardPacket, moved_units
+from robot_sim.drive.aria_packets import POSITION_UNITS, StandardPacket
 from robot_sim.drive.bumpers import Bumpers
 from robot_sim.drive.drivetrain import DriveConfig
 from robot_sim.drive.motor_controller import (
@@ -54,6 +54,12 @@ def packets_of(firmware: Firmware, left: float, right: float, ticks: int) -> lis
         if firmware.packet is not None:
             packets.append(firmware.packet)
     return packets
+
+
+def moved_units(before: int, after: int) -> int:
+    """Return the smaller difference of a position between two packets, across its wrap-around."""
+    half = POSITION_UNITS // 2
+    return (after - before + half) % POSITION_UNITS - half
 
 
 @given(st.floats(-2.0, 2.0), st.floats(-5.0, 5.0))
