@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from functools import cache
-from itertools import pairwise
 
 import mujoco
 import numpy as np
@@ -25,6 +24,7 @@ from robot_sim.worlds.loading import load_plan
 from teleop.scenario.tour_driver import TourDriver
 from teleop.scene_clouds import scene_cloud_path
 from tests.robot_sim.driving import BLIND, state_of
+from tests.robot_sim.lines import dense
 
 MARGIN = 0.35
 """Between the circle in which the robot turns and everything it could bump into [m]."""
@@ -108,9 +108,7 @@ def test_warehouse_repeats_itself() -> None:
 def test_courtyard_has_places_with_roll_and_pitch() -> None:
     world = world_of("courtyard")
     ground = PlanGround(plan_of(world))
-    tour = np.array(world.tour)
-    line = np.concatenate([np.linspace(a, b, 200) for a, b in pairwise(tour)])
-    assert ground.heights(line).max() > 0.5
+    assert ground.heights(dense(world.tour)).max() > 0.5
     assert world.places["terrace"].position[2] == pytest.approx(0.35)
     tilts = [math.hypot(*pose.euler[:2]) for pose in world.places.values()]
     assert max(tilts) > math.radians(3.0)
@@ -131,10 +129,7 @@ def test_glasshouse_is_walled_and_roofed_with_glass() -> None:
 def test_route_keeps_clear_of_everything(scene: str, route: str) -> None:
     plan = plan_of(world_of(scene))
     ground = PlanGround(plan)
-    corners = np.array(getattr(plan, route))
-    points = np.concatenate([
-        np.linspace(a, b, 2 + int(np.linalg.norm(b - a) / 0.05)) for a, b in pairwise(corners)
-    ])  # fmt: skip
+    points = dense(getattr(plan, route), 0.05)
     height = ground.heights(points)
     for block in plan_blocks(plan, ground):
         distances = np.where(block.bottom - height < HEADROOM, gap(block, points), np.inf)
