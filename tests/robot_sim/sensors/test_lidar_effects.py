@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import fields
+from dataclasses import dataclass, fields
 from typing import Any
 
 import numpy as np
@@ -14,6 +14,8 @@ from benchmarks.pictures.optical_bench import (
     box_xml,
     wall_xml,
 )
+from localization.types import IntArray
+from robot_sim.array_types import FloatArray
 from robot_sim.errors import SensorError, SimulationError
 from robot_sim.robot.p3at import MOUNTS
 from robot_sim.scene_objects.materials import MATERIALS
@@ -152,6 +154,55 @@ def test_sun_blurs_weak_echoes_and_leaves_strong_ones() -> None:
     assert sigma["wall"] == pytest.approx(0.012, rel=0.03)
     weakness = Sensitivity().threshold / (0.1 / 17.0**2)
     assert sigma["dark_fabric"] == pytest.approx(0.012 * (1.0 + weakness), rel=0.06)
+
+
+@dataclass(frozen=True)
+class Walker:
+    """A plate 0.5 m wide that goes straight ahead at a steady pace."""
+
+    velocity: tuple[float, float]
+    name: str = "walker"
+
+    def pose_at(self, times: IntArray) -> tuple[FloatArray, FloatArray]:
+        x, y = (v * 1e-9 * times for v in self.velocity)
+        return np.stack([2.0 + x, y, 0.0 * x], axis=1), np.zeros(len(times))
+
+
+PLATE = """<body name="walker" mocap="true" pos="2 0 0">
+<geom type="box" size="0.05 0.25 0.9" pos="0.05 0 0"/></body>"""
+
+
+def test_walker_who_comes_nearer_is_slanted_by_the_time_of_the_sweep() -> None:
+    walker = Walker((-1.4, 0.0))
+    (scan,) = EffectsBench(PLATE, [walker]).sweeps(1)
+    seen = np.isfinite(scan.ranges)
+    x = scan.ranges[seen] * np.cos(scan.angles[seen])
+    np.testing.assert_allclose(x, 2.0 - 1.4 * 1e-9 * scan.offsets[seen], atol=1e-5)
+    # From one shoulder to the other the mirror takes 4 ms of its 100: 5.6 mm.
+    width = np.ptp(scan.angles[seen]) / (2.0 * math.pi) * 0.1
+    assert np.ptp(x) == pytest.approx(1.4 * width, rel=0.01)
+    assert 0.004 < np.ptp(x) < 0.007
+
+
+@pytest.mark.parametrize("speed", [-1.4, 0.0, 1.4])
+def test_walker_who_goes_along_with_the_sweep_looks_wider(speed: float) -> None:
+    (scan,) = EffectsBench(PLATE, [Walker((0.0, speed))]).sweeps(
+        1, resolution=math.radians(0.01), field_of_view=math.radians(90.0)
+    )
+    seen = scan.angles[np.isfinite(scan.ranges)]
+
+    def edge(side: float) -> float:
+        """Return the angle where the mirror catches up with a shoulder."""
+        angle = 0.0
+        for _ in range(50):
+            time = (angle + math.radians(45.0)) / (2.0 * math.pi) * 0.1
+            angle = math.atan2(side + speed * time, 2.0)
+        return angle
+
+    assert seen[0] == pytest.approx(edge(-0.25), abs=math.radians(0.011))
+    assert seen[-1] == pytest.approx(edge(0.25), abs=math.radians(0.011))
+    gain = 2.0 * (math.tan(seen[-1]) - math.tan(seen[0])) - 0.5
+    assert math.copysign(1.0, gain) == math.copysign(1.0, speed) or abs(gain) < 1e-3
 
 
 def test_bias_is_one_number_per_unit_within_the_sheets_bound() -> None:
