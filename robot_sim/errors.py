@@ -9,22 +9,24 @@ class SimulationError(Exception):
     """Base class of all errors that this package raises on purpose."""
 
 
-class UnknownSceneError(SimulationError):
+class _UnknownNameError(SimulationError):
+    kind = ""
+
+    def __init__(self, name: str, available: Iterable[str]) -> None:
+        self.name, self.available = name, tuple(available)
+        super().__init__(f"no {self.kind} named {name!r}; available: {', '.join(self.available)}")
+
+
+class UnknownSceneError(_UnknownNameError):
     """No scene has this name; the message lists the available ones."""
 
-    def __init__(self, name: str, available: Iterable[str]) -> None:
-        self.name = name
-        self.available = tuple(available)
-        super().__init__(f"no scene named {name!r}; available: {', '.join(self.available)}")
+    kind = "scene"
 
 
-class UnknownSurfaceError(SimulationError):
+class UnknownSurfaceError(_UnknownNameError):
     """No surface has this name; the message lists the available ones."""
 
-    def __init__(self, name: str, available: Iterable[str]) -> None:
-        self.name = name
-        self.available = tuple(available)
-        super().__init__(f"no surface named {name!r}; available: {', '.join(self.available)}")
+    kind = "surface"
 
 
 class WorldError(SimulationError):

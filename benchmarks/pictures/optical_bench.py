@@ -18,10 +18,9 @@ from robot_sim.array_types import FloatArray
 from robot_sim.raycasting import MujocoRayCaster, RayCaster
 from robot_sim.scene_objects.materials import MATERIALS
 from robot_sim.sensors.echoes import Echoes
-from robot_sim.sensors.lidar import Scanner
+from robot_sim.sensors.lidar import Scanner, scans_until
 from robot_sim.sensors.lidar_effects import Panes
 from robot_sim.sensors.light_paths import LightTracer
-from robot_sim.sensors.light_rays import LightRays
 from robot_sim.sensors.pose_history import PoseHistory
 from robot_sim.sensors.scanner_config import ScannerConfig
 from robot_sim.sensors.surface_optics import optics_of
@@ -55,8 +54,10 @@ class OpticalBench:
         """
         n = len(directions)
         unit = directions / np.linalg.norm(directions, axis=1, keepdims=True)
-        light = LightRays.sent(np.zeros((n, 3)), unit, np.zeros(n, dtype=np.int64))
-        return LightTracer(self.caster, optics_of(self.model, self.data), Panes(), far).trace(light)
+        tracer = LightTracer(self.caster, optics_of(self.model, self.data), Panes(), far)
+        times = np.zeros(n, dtype=np.int64)
+        found = tracer.trace_beams(np.zeros((3, 1, n)), unit.T[:, None], times)
+        return Echoes(found.distances[0], found.remissions[0], found.cosines[0])
 
     def sweeps(self, count: int, config: ScannerConfig, *, seed: int = 0) -> list[Scan]:
         """Return the first ``count`` sweeps of a scanner whose plane is level."""
@@ -67,7 +68,8 @@ class OpticalBench:
         end = config.phase_ns + (count + 1) * config.period_ns
         unturned = np.tile([1.0, 0.0, 0.0, 0.0], (2, 1))
         still = PoseHistory(np.array([0, end], dtype=np.int64), np.zeros((2, 3)), unturned)
-        return [scanner.sweep(still) for _ in range(count)]
+        every = (scans_until(scanner.end, [scanner], self.caster, still) for _ in range(count))
+        return [scan for scans in every for scan in scans]
 
 
 def bench_scanner(**parameters: Any) -> ScannerConfig:

@@ -10,7 +10,7 @@ import mujoco
 import numpy as np
 
 from robot_sim.arm.arm_table import ArmTable
-from robot_sim.arm.arm_touch import CONTACTS, NOTHING, Touches, TouchFinder
+from robot_sim.arm.arm_touch import CONTACTS, NOTHING, Touches, TouchFinder, replay
 from robot_sim.arm.body import JAW_STIFFNESS
 from robot_sim.arm.clearance import Clearance
 from robot_sim.arm.parts import JAWS
@@ -178,11 +178,8 @@ class ArmPlant:
             if count in seen:
                 continue
             seen.add(count)
-            scratch.qpos[:] = positions[step - 1] if step else self._before
-            scratch.mocap_pos[:] = self._data.mocap_pos
-            scratch.mocap_quat[:] = self._data.mocap_quat
-            mujoco.mj_kinematics(self._model, scratch)
-            mujoco.mj_collision(self._model, scratch)
+            before = positions[step - 1] if step else self._before
+            replay(self._model, scratch, self._data, before)
             touches = touches.with_passed(self._finder.find(scratch))
         return touches
 

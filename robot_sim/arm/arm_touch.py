@@ -81,6 +81,16 @@ def bodies_in_hand(model: mujoco.MjModel, data: mujoco.MjData) -> list[int]:
     return sorted({int(body) for body in touched[pickable_bodies(model)[touched]]})
 
 
+def replay(
+    model: mujoco.MjModel, scratch: mujoco.MjData, data: mujoco.MjData, positions: FloatArray
+) -> None:
+    """Compute the contacts of a past step again, with its positions (nq,) and the mocap bodies of ``data``."""
+    scratch.qpos[:] = positions
+    scratch.mocap_pos[:], scratch.mocap_quat[:] = data.mocap_pos, data.mocap_quat
+    mujoco.mj_kinematics(model, scratch)
+    mujoco.mj_collision(model, scratch)
+
+
 class TouchFinder:
     """Finds what an arm touches, from the contacts of a state."""
 

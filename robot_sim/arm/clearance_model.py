@@ -56,13 +56,10 @@ class ClearanceModel:
         Raises:
             ArmError: If there is no such mount; the message lists those there are.
         """
-        if mount not in table.mounts:
-            known = ", ".join(table.mounts)
-            raise ArmError(f"no mount {mount!r} of arm {table.name!r}; there are: {known}")
-        self.slots = slots
+        place = table.mount(mount)
         spec = mujoco.MjSpec()
         self._meshes, self._fields = _add_assets(spec, world)
-        tool = _add_arm(spec, table, table.mounts[mount])
+        tool = _add_arm(spec, table, place)
         for number in range(slots):
             _add_slot(spec, spec.worldbody, f"slot_{number}")
         for number in range(_HELD):

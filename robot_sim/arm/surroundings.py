@@ -34,8 +34,8 @@ class Surroundings:
         vehicle = np.flatnonzero(own & ~arm & collides & (model.geom_rgba[:, 3] > 0.0))
         self._tool = int(model.body(TOOL).id) if arm.any() else -1
         self._jaws = [int(model.joint(jaw).qposadr[0]) for jaw in JAWS] if arm.any() else []
-        vehicle_geoms = self._table(vehicle)
-        self.vehicle = self._seen(data, vehicle, vehicle_geoms)
+        there = _placed(self._table(vehicle), data, vehicle)
+        self.vehicle = there.seen_from(*_frame(data, self._base))
         """Parts of the vehicle."""
         others = ~own & solid
         moves = (model.body_weldid[bodies] != 0) | (model.body_mocapid[bodies] >= 0)
@@ -50,24 +50,21 @@ class Surroundings:
 
     def near(self, data: mujoco.MjData, shoulder: FloatArray, held: str = "") -> Obstacles:
         """Return what is within reach of the shoulder (3,), a point of ``base_link``, except for a body that is held."""
-        place = data.xpos[self._base] + data.xmat[self._base].reshape(3, 3) @ shoulder
+        position, rotation = _frame(data, self._base)
+        place = position + rotation @ shoulder
         if not np.linalg.norm(place - self._sought_at) <= _AROUND:
             self._seek(data, place)
         geoms = self._geoms[self._candidates]
-        there = self._obstacles.at(data.geom_xpos[geoms], data.geom_xmat[geoms].reshape(-1, 3, 3))
+        there = _placed(self._obstacles, data, geoms)
         close = there.distances(place) <= self._reach
         if held:
             close &= self.model.geom_bodyid[geoms] != int(self.model.body(held).id)
-        rotation = data.xmat[self._base].reshape(3, 3)
-        return there[close].seen_from(data.xpos[self._base], rotation)
+        return there[close].seen_from(position, rotation)
 
     def held(self, data: mujoco.MjData, name: str) -> Obstacles:
         """Return the geoms of a body in ``tool0``."""
         geoms = np.flatnonzero(self.model.geom_bodyid == int(self.model.body(name).id))
-        there = self._table(geoms).at(
-            data.geom_xpos[geoms], data.geom_xmat[geoms].reshape(-1, 3, 3)
-        )
-        return there.seen_from(data.xpos[self._tool], data.xmat[self._tool].reshape(3, 3))
+        return _placed(self._table(geoms), data, geoms).seen_from(*_frame(data, self._tool))
 
     def jaws(self, data: mujoco.MjData) -> FloatArray | None:
         """Return how far the jaws are from the middle (2,) [m]; None without an arm in the model."""
@@ -77,19 +74,25 @@ class Surroundings:
         """Keep the still geoms that can come within reach before they are sought again, and all that move."""
         still = self._geoms[: self._moving[0]] if len(self._moving) else self._geoms
         rows = np.arange(len(still))
-        there = self._known[rows].at(data.geom_xpos[still], data.geom_xmat[still].reshape(-1, 3, 3))
+        there = _placed(self._known[rows], data, still)
         rows = rows[there.distances(place) <= self._reach + _AROUND]
         self._sought_at = place
         self._candidates = np.concatenate((rows, self._moving))
         self._obstacles = self._known[self._candidates]
 
-    def _seen(self, data: mujoco.MjData, geoms: IntArray, known: Obstacles) -> Obstacles:
-        there = known.at(data.geom_xpos[geoms], data.geom_xmat[geoms].reshape(-1, 3, 3))
-        return there.seen_from(data.xpos[self._base], data.xmat[self._base].reshape(3, 3))
-
     def _table(self, geoms: IntArray) -> Obstacles:
         """Return what does not change of some geoms; their places are those of the world's origin."""
         return of_model(self.model, geoms, self._pickable)
+
+
+def _frame(data: mujoco.MjData, body: int) -> tuple[FloatArray, FloatArray]:
+    """Return where a body is (3,) and its axes (3, 3)."""
+    return data.xpos[body], data.xmat[body].reshape(3, 3)
+
+
+def _placed(known: Obstacles, data: mujoco.MjData, geoms: IntArray) -> Obstacles:
+    """Return geoms where they are now."""
+    return known.at(data.geom_xpos[geoms], data.geom_xmat[geoms].reshape(-1, 3, 3))
 
 
 def _solid(model: mujoco.MjModel) -> BoolArray:

@@ -24,7 +24,7 @@ from robot_sim.errors import WorldError
 from robot_sim.floorplan.plan import Piece, Placement, Plan, Waypoint
 from robot_sim.layout.clearance_grid import ClearanceGrid
 from robot_sim.layout.footprints import footprints
-from robot_sim.layout.route_planning import MARGIN, TOUR_LIMIT, RoutePlanner
+from robot_sim.layout.route_planning import TOUR_LIMIT, RoutePlanner, turning_clearance
 from robot_sim.robot.p3at import P3AT
 
 AREAS: Final = (60.0, 10_000.0)
@@ -116,7 +116,7 @@ def _attempt(rng: np.random.Generator, seed: int, area: float, name: str) -> Bui
         furniture=furniture,
     )
     space = ClearanceGrid.around(bare.bounds, footprints(bare))
-    least = P3AT().swing_radius + MARGIN
+    least = turning_clearance(P3AT())
     start = _start(drafts)
     reach = RoutePlanner(space, start.hub, least=least)
     places = {d.name: _place(d, reach) for d in drafts}

@@ -65,15 +65,6 @@ def unframe_packet(packet: bytes) -> bytes:
     return data
 
 
-def moved_units(before: int, after: int) -> int:
-    """Return the difference of a position between two packets, across its wrap-around [units].
-
-    Of the two differences the smaller is taken, as in ARIA.
-    """
-    half = POSITION_UNITS // 2
-    return (after - before + half) % POSITION_UNITS - half
-
-
 @dataclass(frozen=True, slots=True)
 class StandardPacket:
     """The standard server information packet (SIP), in the controller's own units."""

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import mujoco
 import numpy as np
 
-from robot_sim.arm.arm_touch import arm_parts
+from robot_sim.arm.arm_touch import arm_parts, replay
 from robot_sim.array_types import BoolArray, FloatArray
 from robot_sim.drive.bumpers import Bumpers, pressed_by
 from robot_sim.physics import TickMotion
@@ -98,16 +98,9 @@ class ContactFinder:
         for step, parts in enumerate(felt[:-1]):
             if parts.any() and parts.tobytes() not in seen:
                 seen.add(parts.tobytes())
-                yield self._replayed(data, motion.positions[step - 1] if step else before)
-
-    def _replayed(self, data: mujoco.MjData, positions: FloatArray) -> mujoco.MjData:
-        """Compute the contacts of a step again."""
-        state = self._scratch
-        state.qpos[:] = positions
-        state.mocap_pos[:], state.mocap_quat[:] = data.mocap_pos, data.mocap_quat
-        mujoco.mj_kinematics(self._model, state)
-        mujoco.mj_collision(self._model, state)
-        return state
+                positions = motion.positions[step - 1] if step else before
+                replay(self._model, self._scratch, data, positions)
+                yield self._scratch
 
     def _contacts(self, state: mujoco.MjData) -> tuple[set[str], list[FloatArray], bool]:
         """Return names touched, pressing patches in ``base_link``, and whether the hull is grounded."""

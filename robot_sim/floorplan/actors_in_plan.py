@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from typing import Final
 
 from robot_sim.errors import WorldError
-from robot_sim.number_checks import check_finite
+from robot_sim.number_checks import check_finite, check_positive
 
 PathPoint = tuple[float, ...]
 """x, y in ``map`` [m], and optionally the duration of a stop there [s]."""
@@ -57,7 +57,7 @@ class Cart(Walk):
 
     def __post_init__(self) -> None:
         Walk.__post_init__(self)  # ``super()`` does not know a dataclass with slots
-        _check_positive(f"cart {self.name!r}", length=self.size[0], width=self.size[1])
+        check_positive(f"cart {self.name!r}", length=self.size[0], width=self.size[1])
         if not self.size[2] > 0.35:
             raise WorldError(f"cart {self.name!r}: height must be > 0.35 m, got {self.size[2]}")
 
@@ -94,11 +94,10 @@ class DoorLeaf:
         check_finite(
             what, hinge_x=self.hinge[0], hinge_y=self.hinge[1], closed=self.closed, swing=self.swing
         )
-        _check_positive(
+        check_positive(what, width=self.width, height=self.height, thickness=self.thickness)
+        check_positive(
             what,
-            width=self.width,
-            height=self.height,
-            thickness=self.thickness,
+            unit="",
             open_time=self.open_time,
             closed_time=self.closed_time,
             moving_time=self.moving_time,
@@ -114,16 +113,10 @@ def _check_walk(kind: str, walker: Walk) -> None:
     for key in ("speed", "pause"):
         value = getattr(walker, key)
         if value is not None:
-            _check_positive(what, **{key: value})
+            check_positive(what, unit="", **{key: value})
     if walker.speed is not None and walker.speed > MAX_WALKING_SPEED:
         raise WorldError(
             f"{what}: speed must be at most {MAX_WALKING_SPEED:g} m/s, got {walker.speed:g}"
         )
     if walker.start is not None and not (math.isfinite(walker.start) and walker.start >= 0.0):
         raise WorldError(f"{what}: start must be >= 0 s, got {walker.start}")
-
-
-def _check_positive(what: str, **values: float) -> None:
-    for key, value in values.items():
-        if not (math.isfinite(value) and value > 0.0):
-            raise WorldError(f"{what}: {key} must be > 0, got {value:g}")

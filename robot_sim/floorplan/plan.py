@@ -14,7 +14,7 @@ from typing import Final
 
 from robot_sim.errors import WorldError
 from robot_sim.floorplan.actors_in_plan import Actor
-from robot_sim.number_checks import check_finite, check_positive
+from robot_sim.number_checks import check_bounds, check_positive
 from robot_sim.scene_objects.floor_surfaces import Patch, surface_named
 from robot_sim.scene_objects.glazing import Glazing, Roof
 from robot_sim.scene_objects.parcels import Parcel
@@ -93,12 +93,7 @@ class Plan:
     """People, carts and door leaves that move when the world is alive."""
 
     def __post_init__(self) -> None:
-        x0, y0, x1, y1 = self.bounds
-        check_finite("bounds", x0=x0, y0=y0, x1=x1, y1=y1)
-        if not (x1 > x0 and y1 > y0):
-            raise WorldError(
-                f"bounds must be [x0, y0, x1, y1] with x1 > x0 and y1 > y0, got {list(self.bounds)}"
-            )
+        check_bounds("the plan", self.bounds)
         check_positive("the plan", height=self.height)
         if not self.spawns:
             raise WorldError("there must be at least one spawn")

@@ -48,10 +48,6 @@ class PlanGround:
         low = float(self.heights(np.array(list(points))).min())
         return low if np.isfinite(low) else 0.0
 
-    def stand(self, placement: Placement, wheelbase: float, track: float) -> Pose:
-        """Return ``map_from_base`` of a robot that stands at a placement; see ``stand_on``."""
-        return stand_on(self.heights, placement, wheelbase, track)
-
 
 def height_at(heights: Heights, x: float, y: float) -> float:
     """Return the height of the ground at a point [m]; 0 where there is none."""

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable
 from dataclasses import dataclass
+from typing import Final
 
 import numpy as np
 import numpy.typing as npt
@@ -13,6 +14,9 @@ from localization.types import IntArray
 from robot_sim.array_types import FloatArray
 from robot_sim.floorplan.plan import Waypoint
 from robot_sim.layout.footprints import Footprint
+
+NEAR: Final = 1.0
+"""Distance from where a robot stands within which there must be room to turn [m]."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -76,6 +80,15 @@ class ClearanceGrid:
         column = round((point[0] - self.corner[0]) / self.spacing)
         row = round((point[1] - self.corner[1]) / self.spacing)
         return int(min(max(row, 0), rows - 1) * columns + min(max(column, 0), columns - 1))
+
+    def roomy_near(self, point: Waypoint, least: float) -> Waypoint | None:
+        """Return the node with a clearance of at least ``least`` [m] that is nearest to a point, if one is within ``NEAR``."""
+        places = self.points(np.flatnonzero(self.clearance >= least))
+        far = np.hypot(*(places - point).T)
+        if not len(far) or far.min() > NEAR:
+            return None
+        x, y = places[int(np.argmin(far))]
+        return float(x), float(y)
 
     def at(self, points: FloatArray) -> FloatArray:
         """Return the clearance (...,) [m] at points (..., 2) [m], interpolated between four nodes."""

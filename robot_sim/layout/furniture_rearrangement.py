@@ -18,11 +18,11 @@ import numpy as np
 
 from robot_sim.actors.actor_bodies import ARM_REACH
 from robot_sim.floorplan.actors_in_plan import Actor, Cart, DoorLeaf
-from robot_sim.floorplan.plan import Piece, Plan, Wall, Waypoint
+from robot_sim.floorplan.doorways import doorways
+from robot_sim.floorplan.plan import Piece, Plan, Waypoint
 from robot_sim.layout.rectangles import Rectangles, line_between
 from robot_sim.scene_objects.blocks import Block
 from robot_sim.scene_objects.furniture import footprint, piece_blocks, size_of
-from robot_sim.scene_objects.glazing import Glazing
 from robot_sim.scene_objects.ramps_and_steps import Slab
 from robot_sim.scene_objects.walls import wall_blocks
 
@@ -194,13 +194,8 @@ def _fixed_blocks(plan: Plan) -> Iterator[Block]:
 
 def _kept_free(plan: Plan) -> Iterator[tuple[float, float, float, float, float]]:
     """Yield the areas that stay free: doorways, and the paths of the robot and of actors."""
-    walls: list[Wall | Glazing] = [*plan.walls, *plan.glazings]
-    for wall in walls:
-        yaw = math.atan2(wall.end[1] - wall.start[1], wall.end[0] - wall.start[0])
-        for door in wall.doors:
-            x = wall.start[0] + door.at * math.cos(yaw)
-            y = wall.start[1] + door.at * math.sin(yaw)
-            yield x, y, 0.5 * door.width, DOOR_CLEARANCE, yaw
+    for door in doorways(plan).values():
+        yield door.x, door.y, 0.5 * door.width, DOOR_CLEARANCE, door.yaw
     for placement in (*plan.spawns.values(), *plan.places.values()):
         yield placement.x, placement.y, ROBOT_CLEARANCE, ROBOT_CLEARANCE, 0.0
     yield from _lines(plan.tour, ROBOT_CLEARANCE)

@@ -19,12 +19,8 @@ from robot_sim.floorplan.plan import Placement, Plan, Wall, Waypoint
 from robot_sim.layout.clearance_grid import ClearanceGrid
 from robot_sim.layout.floor_space import FloorSpace, floor_space
 from robot_sim.layout.outdoors import outdoor_cells
-from robot_sim.layout.survey_planning import (
-    Routes,
-    plan_routes,
-    straight_clearance,
-    turning_clearance,
-)
+from robot_sim.layout.route_planning import turning_clearance
+from robot_sim.layout.survey_planning import Routes, plan_routes
 from robot_sim.layout.survey_reach import Reach, survey_reach
 from robot_sim.robot.platforms import P3AT
 from robot_sim.robot.skid_steer_parameters import SkidSteer
@@ -109,9 +105,7 @@ class _Drive:
 
 def _surveyed(floor: FloorSpace, start: Waypoint, robot: SkidSteer) -> _Drive:
     routes = plan_routes(floor, start, robot)
-    straight, turning = straight_clearance(robot), turning_clearance(robot)
-    reach = survey_reach(floor, routes.survey, straight=straight, turning=turning)
-    return _Drive(start, routes, reach)
+    return _Drive(start, routes, survey_reach(floor, routes.survey, robot))
 
 
 def _farthest_reaching(floor: FloorSpace, drive: _Drive, robot: SkidSteer) -> _Drive:

@@ -21,6 +21,7 @@ from robot_sim.array_types import BoolArray, FloatArray
 from robot_sim.floorplan.plan import Waypoint
 from robot_sim.layout.clearance_grid import ClearanceGrid
 from robot_sim.layout.narrow_passages import narrow_legs
+from robot_sim.robot.skid_steer_parameters import SkidSteer
 
 COMFORT: Final = 0.9
 """Clearance of the robot's centre beyond which more has no advantage [m]."""
@@ -35,6 +36,16 @@ _BEND: Final = 0.1
 """Length that one more way-point must save [m]."""
 _REACH: Final = 48
 """Number of bends of a grid path that one straight leg may skip."""
+
+
+def turning_clearance(robot: SkidSteer) -> float:
+    """Return the clearance that a robot needs where it turns [m]."""
+    return robot.swing_radius + MARGIN
+
+
+def straight_clearance(robot: SkidSteer) -> float:
+    """Return the clearance that a robot needs straight ahead [m]."""
+    return robot.half_width + MARGIN
 
 
 class RoutePlanner:

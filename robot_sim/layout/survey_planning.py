@@ -12,7 +12,13 @@ from scipy.ndimage import label, maximum_position
 from robot_sim.array_types import BoolArray
 from robot_sim.floorplan.plan import Waypoint
 from robot_sim.layout.floor_space import FloorSpace
-from robot_sim.layout.route_planning import MARGIN, TOUR_LIMIT, RoutePlanner, length
+from robot_sim.layout.route_planning import (
+    TOUR_LIMIT,
+    RoutePlanner,
+    length,
+    straight_clearance,
+    turning_clearance,
+)
 from robot_sim.layout.survey_reach import near_route
 from robot_sim.robot.skid_steer_parameters import SkidSteer
 
@@ -51,16 +57,6 @@ class Routes:
     """A drive from the start past as many places as fit into ``TOUR_LIMIT``, and back [m]."""
     survey: tuple[Waypoint, ...]
     """A drive from the start through everything that can be reached, and back [m]."""
-
-
-def turning_clearance(robot: SkidSteer) -> float:
-    """Return the clearance that a robot needs where it turns [m]."""
-    return robot.swing_radius + MARGIN
-
-
-def straight_clearance(robot: SkidSteer) -> float:
-    """Return the clearance that a robot needs straight ahead [m]."""
-    return robot.half_width + MARGIN
 
 
 def plan_routes(floor: FloorSpace, start: Waypoint, robot: SkidSteer) -> Routes:

@@ -18,6 +18,8 @@ from robot_sim.layout.clearance_grid import ClearanceGrid
 from robot_sim.layout.floor_blocks import FloorBlocks
 from robot_sim.layout.floor_space import FloorSpace
 from robot_sim.layout.gaps import Gap, distinct, gaps_on, tight_turn, way_back, widest_ways
+from robot_sim.layout.route_planning import straight_clearance, turning_clearance
+from robot_sim.robot.skid_steer_parameters import SkidSteer
 
 NEAR: Final = 2.5
 """Length of the way from the route within which floor counts as reached [m]: as far apart as stops of a scanner
@@ -84,17 +86,15 @@ class Reach:
         return replace(self, missed=tuple(map(moved_floor, self.missed)), to_map=move)
 
 
-def survey_reach(
-    floor: FloorSpace, route: Sequence[Waypoint], *, straight: float, turning: float
-) -> Reach:
+def survey_reach(floor: FloorSpace, route: Sequence[Waypoint], robot: SkidSteer) -> Reach:
     """Return what a route reaches.
 
     Args:
         floor: The free floor.
         route: Way-points of the survey in the frame of its grid [m].
-        straight: Least clearance at which the robot passes straight ahead [m].
-        turning: Least clearance at which it turns [m].
+        robot: The robot that drives it.
     """
+    straight, turning = straight_clearance(robot), turning_clearance(robot)
     blocks = FloorBlocks.of(floor)
     driven = _driven_near(blocks.space, blocks.whole, route, straight)
     missed = blocks.whole & ~_grown(driven, blocks.whole, _BESIDE / blocks.space.spacing)

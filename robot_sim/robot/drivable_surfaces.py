@@ -7,11 +7,14 @@ optional: friction is then the same in both directions, and there is no rolling 
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+import copy
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
 import mujoco
+import numpy as np
 
+from robot_sim.array_types import FloatArray
 from robot_sim.robot.mujoco_body import FLOOR_BIT
 
 
@@ -52,3 +55,28 @@ def drivable_names(model: mujoco.MjModel) -> tuple[str, ...]:
     if not model.nuser_geom:
         return ()
     return tuple(model.geom(i).name for i in range(model.ngeom) if model.geom_user[i, 0] > 0.0)
+
+
+def drivable_heights(model: mujoco.MjModel, top: float) -> Callable[[FloatArray], FloatArray]:
+    """Return a function from points (N, 2) [m] to the height (N,) of the first drivable geom below ``top`` [m].
+
+    Geoms are where they are at time zero; the height is -inf where there is none.
+    """
+    # A copy, whose groups separate drivable geoms from others.
+    model = copy.copy(model)
+    model.geom_group[:] = 1
+    model.geom_group[[model.geom(name).id for name in drivable_names(model)]] = 0
+    data = mujoco.MjData(model)
+    mujoco.mj_kinematics(model, data)
+    groups, geom = np.array([1, 0, 0, 0, 0, 0], dtype=np.uint8), np.zeros(1, dtype=np.int32)
+    down = np.array([0.0, 0.0, -1.0])
+
+    def heights(points: FloatArray) -> FloatArray:
+        eyes = [np.array([x, y, top]) for x, y in points]
+        falls = np.array(
+            [mujoco.mj_ray(model, data, eye, down, groups, True, -1, geom) for eye in eyes]
+        )
+        ground: FloatArray = np.where(falls < 0.0, -np.inf, top - falls)
+        return ground
+
+    return heights

@@ -8,9 +8,7 @@ from dataclasses import dataclass
 from types import MappingProxyType
 from typing import Final
 
-import numpy as np
-
-from robot_sim.array_types import BoolArray, FloatArray
+from robot_sim.array_types import FloatArray
 from robot_sim.errors import UnknownSurfaceError
 
 
@@ -137,10 +135,6 @@ class Patch:
             raise ValueError(
                 f"patch of {self.surface.name}: half-lengths must be > 0, got {self.half}"
             )
-
-    def contains(self, points: FloatArray) -> BoolArray:
-        """Return for (N, 2) or (N, 3) ``points`` in ``map`` [m] whether each is above the patch."""
-        return np.array([self.covers(x, y) for x, y in points[:, :2].tolist()], dtype=bool)
 
     def covers(self, x: float, y: float) -> bool:
         """Return whether a point in ``map`` [m] is above the patch."""

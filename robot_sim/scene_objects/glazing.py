@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 from typing import Final
 
 from robot_sim.errors import WorldError
-from robot_sim.number_checks import check_finite, check_positive
+from robot_sim.number_checks import check_bounds, check_positive
 from robot_sim.scene_objects.blocks import Block, box
 from robot_sim.scene_objects.plan_elements import Door, Wall, Waypoint
 from robot_sim.scene_objects.walls import wall_blocks
@@ -96,12 +96,9 @@ class Roof:
     """Approximate distance between rafters [m]."""
 
     def __post_init__(self) -> None:
-        x0, y0, x1, y1 = self.bounds
         what = f"roof {self.name!r}"
-        check_finite(what, x0=x0, y0=y0, x1=x1, y1=y1)
+        check_bounds(what, self.bounds)
         check_positive(what, eaves=self.eaves, spacing=self.spacing)
-        if not (x1 > x0 and y1 > y0):
-            raise WorldError(f"{what}: bounds must be [x0, y0, x1, y1] with x1 > x0 and y1 > y0")
         if not (math.isfinite(self.ridge) and self.ridge > self.eaves):
             raise WorldError(
                 f"{what}: the ridge at {self.ridge} m must be higher than the eaves at"

@@ -16,7 +16,7 @@ import numpy as np
 
 from robot_sim.array_types import FloatArray
 from robot_sim.errors import WorldError
-from robot_sim.number_checks import check_finite, check_positive
+from robot_sim.number_checks import check_bounds, check_finite, check_positive
 from robot_sim.scene_objects.plan_elements import Bounds
 
 MOST_CELLS: Final = 256
@@ -113,10 +113,9 @@ class Terrain:
     def __post_init__(self) -> None:
         what = f"terrain {self.name!r}"
         x0, y0, x1, y1 = self.bounds
-        check_finite(what, x0=x0, y0=y0, x1=x1, y1=y1, height=self.height)
+        check_bounds(what, self.bounds)
+        check_finite(what, height=self.height)
         check_positive(what, cell=self.cell, skirt=self.skirt, wavelength=self.wavelength)
-        if not (x1 > x0 and y1 > y0):
-            raise WorldError(f"{what}: bounds must be [x0, y0, x1, y1] with x1 > x0 and y1 > y0")
         if not (math.isfinite(self.roughness) and self.roughness >= 0.0):
             raise WorldError(f"{what}: roughness must be >= 0 m, got {self.roughness}")
         if self.seed < 0:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from typing import Final
 
 import numpy as np
@@ -94,14 +94,6 @@ class Scanner:
         self.start = self._picture + self._config.start_of(part)
         self.end = self.start + int(self._offsets[part][-1])
 
-    def sweep(self, track: PoseHistory) -> Scan:
-        """Cast the sweep that has just ended; ``track`` must cover ``start`` to ``end``."""
-        if self.plain:
-            rays = self.rays_of_sweep(track)
-            return self.scan_from_distances(self._caster.distances(*rays, self.range_max))
-        assert self.tracer is not None
-        return self.scan_from_echoes(self.tracer.trace_beams(*self.emitted_rays(track)))
-
     def rays_of_sweep(self, track: PoseHistory) -> tuple[FloatArray, FloatArray, IntArray]:
         """Return origins (N, 3) [m], directions (N, 3) and times (N,) [ns] of the sweep that has ended."""
         origins, directions = self._fans[self._part].rays(track, self.start)
@@ -172,49 +164,50 @@ def scans_until(
     """
     scans: list[Scan] = []
     while due := [scanner for scanner in scanners if scanner.end <= stamp]:
-        together = [scanner for scanner in due if scanner.plain]
-        if len(together) > 1:
-            rays = [scanner.rays_of_sweep(track) for scanner in together]
-            origins = np.concatenate([r[0] for r in rays])
-            directions = np.concatenate([r[1] for r in rays])
-            times = np.concatenate([r[2] for r in rays])
-            reach = max([scanner.range_max for scanner in together])
-            distances = caster.distances(origins, directions, times, reach)
-        echoes = _traced_together([scanner for scanner in due if not scanner.plain], track)
-        first = 0
-        for scanner in due:
-            if scanner in echoes:
-                scans.append(scanner.scan_from_echoes(echoes[scanner]))
-                continue
-            if not scanner.plain or len(together) == 1:
-                scans.append(scanner.sweep(track))
-                continue
-            mine = distances[first : first + scanner.beams]
-            first += scanner.beams
-            if scanner.range_max < reach:
-                mine[mine > scanner.range_max] = np.inf
-            scans.append(scanner.scan_from_distances(mine))
+        plain = [scanner for scanner in due if scanner.plain]
+        optical = [scanner for scanner in due if not scanner.plain]
+        measured = dict([*_measured(plain, caster, track), *_traced(optical, track)])
+        scans += [measured[scanner] for scanner in due]
     if len(scans) > 1:
         scans.sort(key=lambda scan: scan.end_stamp)
     return scans
 
 
-def _traced_together(scanners: Sequence[Scanner], track: PoseHistory) -> dict[Scanner, Echoes]:
-    """Return the echoes of scanners' sweeps, traced together; empty unless all tracers are alike."""
+def _measured(
+    scanners: Sequence[Scanner], caster: RayCaster, track: PoseHistory
+) -> Iterator[tuple[Scanner, Scan]]:
+    """Yield the scans of scanners whose beams are single rays, cast together."""
+    if not scanners:
+        return
+    rays = [scanner.rays_of_sweep(track) for scanner in scanners]
+    reach = max([scanner.range_max for scanner in scanners])
+    origins, directions = (np.concatenate([ray[part] for ray in rays]) for part in (0, 1))
+    times = np.concatenate([ray[2] for ray in rays])
+    distances = caster.distances(origins, directions, times, reach)
+    first = 0
+    for scanner in scanners:
+        mine = distances[first : first + scanner.beams]
+        first += scanner.beams
+        if scanner.range_max < reach:
+            mine[mine > scanner.range_max] = np.inf
+        yield scanner, scanner.scan_from_distances(mine)
+
+
+def _traced(scanners: Sequence[Scanner], track: PoseHistory) -> Iterator[tuple[Scanner, Scan]]:
+    """Yield the scans of scanners with effects, traced together if all tracers are alike."""
     tracers = [scanner.tracer for scanner in scanners if scanner.tracer is not None]
-    if len(tracers) < 2 or not all(tracer.traces_like(tracers[0]) for tracer in tracers[1:]):
-        return {}
-    if len({scanner.rays_per_beam for scanner in scanners}) > 1:
-        return {}
-    sent = [scanner.emitted_rays(track) for scanner in scanners]
-    echoes = tracers[0].trace_beams(
-        *(np.concatenate(part, axis=-1) for part in zip(*sent, strict=True))
-    )
-    ends = np.cumsum([scanner.beams for scanner in scanners])
-    return {
-        scanner: echoes.of(slice(end - scanner.beams, end))
-        for scanner, end in zip(scanners, ends, strict=True)
-    }
+    alike = all(tracer.traces_like(tracers[0]) for tracer in tracers)
+    alike &= len({scanner.rays_per_beam for scanner in scanners}) == 1
+    size = len(scanners) if alike else 1
+    for number in range(0, len(scanners), size):
+        group = scanners[number : number + size]
+        sent = zip(*(scanner.emitted_rays(track) for scanner in group), strict=True)
+        echoes = tracers[number].trace_beams(*(np.concatenate(part, axis=-1) for part in sent))
+        first = 0
+        for scanner in group:
+            mine = slice(first, first + scanner.beams)
+            first += scanner.beams
+            yield scanner, scanner.scan_from_echoes(echoes.of(mine))
 
 
 _NO_REMISSIONS: Final = np.zeros(0)

@@ -50,12 +50,6 @@ class LightTracer:
             == (other.panes, other.max_range, other.least)
         )
 
-    def trace(self, light: LightRays) -> Echoes:
-        """Return the strongest echo of each ray, through panes and off mirrors."""
-        echoes, hits = self.first(light)
-        self.follow(light, echoes, hits, self.optics.clear.take(hits.geoms))
-        return echoes
-
     def trace_beams(self, starts: FloatArray, directions: FloatArray, times: IntArray) -> Echoes:
         """Return the echoes (K, N) of the K sub-rays of N beams.
 

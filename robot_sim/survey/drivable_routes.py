@@ -15,8 +15,8 @@ from localization.types import Pose
 from robot_sim.errors import WorldError
 from robot_sim.floorplan.plan import Waypoint
 from robot_sim.floorplan.plan_ground import height_at
-from robot_sim.layout.route_planning import RoutePlanner
-from robot_sim.layout.survey_planning import straight_clearance, turning_clearance
+from robot_sim.layout.clearance_grid import NEAR
+from robot_sim.layout.route_planning import RoutePlanner, straight_clearance, turning_clearance
 from robot_sim.raycasting.static_digest import static_digest
 from robot_sim.robot_placement import place_robot
 from robot_sim.standing_pose import standing_pose
@@ -26,8 +26,6 @@ from robot_sim.worlds.world import World
 
 GOAL_RADIUS: Final = 0.5
 """Distance from a goal at which it counts as reached, unless given [m]."""
-_NEAR: Final = 1.0
-"""Distance from a start within which there must be room to turn [m]."""
 _KEPT: Final = 4
 """Number of starts whose paths are kept, 12 bytes for each node."""
 _TRIES: Final = 200
@@ -76,7 +74,12 @@ class DrivableFloor:
     def _planner(self, start: Waypoint, narrow: bool) -> RoutePlanner:
         least = turning_clearance(self._robot)
         straight = straight_clearance(self._robot) if narrow else least
-        begin = self._nearest(start, least)
+        begin = self.space.nodes.roomy_near(start, least)
+        if begin is None:
+            raise WorldError(
+                f"no floor within {NEAR:g} m of {_text(start)} has the {least:.2f} m all round that the"
+                " robot needs to turn"
+            )
         known = self._known.get(narrow)
         if known is not None:
             return known.begun_at(begin)
@@ -84,18 +87,6 @@ class DrivableFloor:
         ways = RoutePlanner(nodes, begin, least=least, straight=straight, fine=fine)
         self._known[narrow] = ways
         return ways
-
-    def _nearest(self, start: Waypoint, least: float) -> Waypoint:
-        nodes = np.flatnonzero(self.space.nodes.clearance >= least)
-        places = self.space.nodes.points(nodes)
-        far = np.hypot(*(places - start).T)
-        if not len(far) or far.min() > _NEAR:
-            raise WorldError(
-                f"no floor within {_NEAR:g} m of {_text(start)} has the {least:.2f} m all round that the"
-                " robot needs to turn"
-            )
-        x, y = places[int(np.argmin(far))]
-        return float(x), float(y)
 
 
 def drivable_floor(world: World) -> DrivableFloor:

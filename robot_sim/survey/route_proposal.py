@@ -3,21 +3,16 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import Final
-
-import numpy as np
 
 from robot_sim.errors import WorldError
 from robot_sim.floorplan.plan import Waypoint
+from robot_sim.layout.clearance_grid import NEAR
 from robot_sim.layout.floor_space import FloorSpace
-from robot_sim.layout.route_planning import length
-from robot_sim.layout.survey_planning import plan_routes, straight_clearance, turning_clearance
+from robot_sim.layout.route_planning import length, turning_clearance
+from robot_sim.layout.survey_planning import plan_routes
 from robot_sim.layout.survey_reach import Reach, survey_reach
 from robot_sim.survey.free_floor import free_floor
 from robot_sim.worlds.world import World
-
-_NEAR: Final = 1.0
-"""Distance from the spawn within which there must be room to turn [m]."""
 
 
 def with_routes(world: World) -> World:
@@ -60,9 +55,7 @@ def reach_of(world: World) -> Reach:
     Raises:
         WorldError: There is no free floor at its spawn.
     """
-    floor = free_floor(world)
-    straight, turning = straight_clearance(world.robot), turning_clearance(world.robot)
-    return survey_reach(floor, world.survey, straight=straight, turning=turning)
+    return survey_reach(free_floor(world), world.survey, world.robot)
 
 
 def _start(floor: FloorSpace, world: World) -> Waypoint:
@@ -72,13 +65,10 @@ def _start(floor: FloorSpace, world: World) -> Waypoint:
         WorldError: There is no such node.
     """
     x, y = map(float, world.spawn.position[:2])
-    nodes = np.flatnonzero(floor.nodes.clearance >= turning_clearance(world.robot))
-    places = floor.nodes.points(nodes)
-    far = np.hypot(*(places - (x, y)).T)
-    if not len(far) or far.min() > _NEAR:
-        least = turning_clearance(world.robot)
+    least = turning_clearance(world.robot)
+    start = floor.nodes.roomy_near((x, y), least)
+    if start is None:
         raise WorldError(
-            f"the robot needs {least:.2f} m all round to turn, and has less within {_NEAR:g} m of its spawn"
+            f"the robot needs {least:.2f} m all round to turn, and has less within {NEAR:g} m of its spawn"
         )
-    nearest = places[int(np.argmin(far))]
-    return float(nearest[0]), float(nearest[1])
+    return start

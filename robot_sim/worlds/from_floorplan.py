@@ -20,7 +20,7 @@ from robot_sim.arm.body import arm_top
 from robot_sim.errors import SimulationError, WorldError
 from robot_sim.floorplan.doorways import doorways
 from robot_sim.floorplan.plan import NO_FLOOR, Placement, Plan
-from robot_sim.floorplan.plan_ground import PlanGround, height_at
+from robot_sim.floorplan.plan_ground import PlanGround, height_at, stand_on
 from robot_sim.layout.furniture_rearrangement import rearranged
 from robot_sim.layout.path_collisions import check_paths, check_ways
 from robot_sim.robot.bumper_geom import add_bumper
@@ -175,6 +175,7 @@ def _surface(spec: mujoco.MjSpec, geom: mujoco.MjsGeom, name: str) -> None:
 def _poses(
     placements: Mapping[str, Placement], ground: PlanGround, robot: SkidSteer
 ) -> Mapping[str, Pose]:
+    wheels = robot.wheelbase, robot.track
     return MappingProxyType(
-        {key: ground.stand(p, robot.wheelbase, robot.track) for key, p in placements.items()}
+        {key: stand_on(ground.heights, p, *wheels) for key, p in placements.items()}
     )

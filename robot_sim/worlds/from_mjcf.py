@@ -6,7 +6,6 @@ yaw are used; their height only selects the storey: the robot is placed on the g
 
 from __future__ import annotations
 
-import copy
 import math
 from collections.abc import Container, Mapping, Sequence
 from pathlib import Path
@@ -21,11 +20,19 @@ from robot_sim.actors.extras import extra_bodies, spare_body, spares
 from robot_sim.array_types import FloatArray
 from robot_sim.errors import ArmError, WorldError
 from robot_sim.floorplan.plan_ground import Heights, stand_on
+from robot_sim.robot.drivable_surfaces import drivable_heights
 from robot_sim.robot.platforms import P3AT
 from robot_sim.robot.skid_steer_parameters import SkidSteer
 from robot_sim.scene_objects.plan_elements import Bounds, Placement, Waypoint
 from robot_sim.worlds.mjcf_preparation import compile_mjcf
-from robot_sim.worlds.world import AS_MAPPED, TIMESTEP_NS, World, WorldOptions, check_places
+from robot_sim.worlds.world import (
+    AS_MAPPED,
+    TIMESTEP_NS,
+    World,
+    WorldOptions,
+    check_places,
+    level_ground,
+)
 
 SPAWN: Final = "spawn"
 """Name of the site or body where the robot starts."""
@@ -60,7 +67,8 @@ def load_mjcf(
     path, robot = Path(path), robot or P3AT()
     try:
         parked = tuple(spares(options.spare_boxes, options.spare_people))
-        bodies = tuple(extra_bodies(options.extras, {}, _unknown))
+        # The ground on which they stand is not known yet.
+        bodies = tuple(extra_bodies(options.extras, {}, level_ground))
         added = (*bodies, *map(spare_body, parked))
         arm = options.arm_table
         compiled = compile_mjcf(
@@ -71,7 +79,7 @@ def load_mjcf(
             arm=arm,
             mount=options.arm_mount,
         )
-        sites = _Sites(compiled.model, compiled.surfaces, robot)
+        sites = _Sites(compiled.model, robot)
         if spawn is not None:
             start = sites.stand(SPAWN, spawn, _SKY)
         elif SPAWN in sites.poses:
@@ -96,7 +104,6 @@ def load_mjcf(
             robot=robot,
             arm=arm,
             arm_mount=options.arm_mount,
-            # Only now the height of the ground is known, on which they stand.
             movers=tuple(body.mover for body in extra_bodies(options.extras, {}, sites.heights)),
             spares=parked,
             ground=sites.heights,
@@ -111,22 +118,18 @@ def load_mjcf(
 class _Sites:
     """The sites of a file, and the ground below them."""
 
-    def __init__(self, model: mujoco.MjModel, surfaces: Sequence[str], robot: SkidSteer) -> None:
-        self._robot = robot
-        # A copy, whose groups separate drivable geoms from others.
-        self._model = copy.copy(model)
-        self._model.geom_group[:] = 1
-        self._model.geom_group[[model.geom(s).id for s in surfaces]] = 0
-        self._data = mujoco.MjData(self._model)
-        mujoco.mj_kinematics(self._model, self._data)
+    def __init__(self, model: mujoco.MjModel, robot: SkidSteer) -> None:
+        self._model, self._robot = model, robot
+        data = mujoco.MjData(model)
+        mujoco.mj_kinematics(model, data)
         self.poses: Mapping[str, tuple[FloatArray, FloatArray]] = {
             **{
-                model.body(i).name: (self._data.xpos[i], self._data.xmat[i])
+                model.body(i).name: (data.xpos[i], data.xmat[i])
                 for i in range(model.nbody)
                 if model.body(i).name == SPAWN
             },
             **{
-                model.site(i).name: (self._data.site_xpos[i], self._data.site_xmat[i])
+                model.site(i).name: (data.site_xpos[i], data.site_xmat[i])
                 for i in range(model.nsite)
             },
         }
@@ -142,16 +145,16 @@ class _Sites:
         """Return ``map_from_base`` of the robot on the first ground below height ``top`` [m]."""
         robot = self._robot
         try:
-            return stand_on(self._ground(top), placement, robot.wheelbase, robot.track)
+            heights = drivable_heights(self._model, top)
+            return stand_on(heights, placement, robot.wheelbase, robot.track)
         except WorldError as error:
             raise WorldError(f"{name!r} is not above anything drivable: {error}") from None
 
     @property
     def heights(self) -> Heights:
         """Height of the ground on the storey of the spawn."""
-        return self._ground(
-            float(self.poses[SPAWN][0][2]) + _ABOVE if SPAWN in self.poses else _SKY
-        )
+        top = float(self.poses[SPAWN][0][2]) + _ABOVE if SPAWN in self.poses else _SKY
+        return drivable_heights(self._model, top)
 
     def line(self, prefix: str) -> tuple[Waypoint, ...]:
         """Return the way-points of the sites ``<prefix>0``, ``<prefix>1`` ..., in order."""
@@ -162,30 +165,6 @@ class _Sites:
         )
         points = (self.poses[n][0] for _, n in numbered)
         return tuple((float(p[0]), float(p[1])) for p in points)
-
-    def _ground(self, top: float) -> Heights:
-        groups = np.zeros(mujoco.mjNGROUP, dtype=np.uint8)
-        groups[0] = 1
-        geom = np.zeros(1, dtype=np.int32)
-
-        def heights(points: FloatArray) -> FloatArray:
-            down = np.array([0.0, 0.0, -1.0])
-            falls = np.array(
-                [
-                    mujoco.mj_ray(
-                        self._model, self._data, np.array([x, y, top]), down, groups, True, -1, geom
-                    )
-                    for x, y in points
-                ]
-            )
-            ground: FloatArray = np.where(falls < 0.0, -np.inf, top - falls)
-            return ground
-
-        return heights
-
-
-def _unknown(points: FloatArray) -> FloatArray:
-    return np.zeros(len(points))
 
 
 def _bounds(

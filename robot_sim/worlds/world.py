@@ -73,7 +73,8 @@ AS_MAPPED: Final = WorldOptions()
 """Nothing moves, and all furniture stands where it was when the world was mapped."""
 
 
-def _level(points: FloatArray) -> FloatArray:
+def level_ground(points: FloatArray) -> FloatArray:
+    """Return the heights (N,) [m] of points (N, 2) on a floor at zero."""
     return np.zeros(len(points))
 
 
@@ -111,7 +112,7 @@ class World:
     """Bodies that move on their own, or come at their time."""
     spares: tuple[Spare, ...] = ()
     """Bodies that are parked until a simulation puts them somewhere."""
-    ground: Heights = field(default=_level, repr=False)
+    ground: Heights = field(default=level_ground, repr=False)
     """Height of the ground."""
     notes: tuple[str, ...] = ()
     """What differs from what was asked for, one line each: settings of a user's MJCF file that were overridden

@@ -7,7 +7,7 @@ from typing import Final
 
 from localization.maps.grid_image import Borderline
 from robot_sim.layout.gaps import Gap
-from robot_sim.layout.survey_planning import straight_clearance, turning_clearance
+from robot_sim.layout.route_planning import straight_clearance, turning_clearance
 from robot_sim.layout.survey_reach import MissedFloor, Reach
 from robot_sim.robot.skid_steer_parameters import SkidSteer
 

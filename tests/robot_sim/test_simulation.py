@@ -19,6 +19,7 @@ from robot_sim.sensors.lidar import ScannerConfig
 from robot_sim.simulation import STEPS_PER_TICK, TICK_NS, Simulation, SimulationConfig
 from robot_sim.worlds.loading import parse_world
 from robot_sim.worlds.world import TIMESTEP_NS, World
+from tests.robot_sim.driving import BLIND, run
 
 BARE = "bounds = [-9, -9, 9, 9]\nspawn = [0, 0, 0]\nceiling = false"
 
@@ -33,29 +34,29 @@ def fingerprint(reading: Reading) -> bytes:
     return np.array([reading.left, reading.right]).tobytes()
 
 
-def run(world: World, *, seed: int, config: SimulationConfig | None = None) -> list[Reading]:
+def readings(world: World, *, seed: int, config: SimulationConfig | None = None) -> list[Reading]:
     simulation = Simulation(world, seed=seed, config=config)
-    readings: list[Reading] = []
+    seen: list[Reading] = []
     for tick in range(60):
         simulation.command(Twist.planar(0.4, 0.6 if tick > 30 else -0.3))
-        readings += simulation.step()
-    return readings
+        seen += simulation.step()
+    return seen
 
 
 def test_same_seed_gives_the_same_bits_and_another_seed_does_not(room: World) -> None:
-    first, again, other = (run(room, seed=s) for s in (7, 7, 8))
+    first, again, other = (readings(room, seed=s) for s in (7, 7, 8))
     assert [fingerprint(r) for r in first] == [fingerprint(r) for r in again]
     moving = [(a, b) for a, b in zip(first, other, strict=True) if a.stamp > 100_000_000]
     assert all(fingerprint(a) != fingerprint(b) for a, b in moving)
 
 
 def test_removing_a_sensor_does_not_change_the_others(room: World) -> None:
-    def without_horizontal(readings: list[Reading]) -> list[bytes]:
-        return [fingerprint(r) for r in readings
+    def without_horizontal(seen: list[Reading]) -> list[bytes]:
+        return [fingerprint(r) for r in seen
                 if not (isinstance(r, Scan) and r.scanner == "laser_horizontal")]  # fmt: skip
 
     alone = SimulationConfig(scanners=(ScannerConfig("laser_vertical"),))
-    full, less = run(room, seed=2), run(room, seed=2, config=alone)
+    full, less = readings(room, seed=2), readings(room, seed=2, config=alone)
     assert without_horizontal(full) == without_horizontal(less)
 
 
@@ -94,7 +95,7 @@ def test_unstable_physics_raises_one_line_and_writes_no_file(
     field: World, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, poison: float
 ) -> None:
     monkeypatch.chdir(tmp_path)
-    simulation = Simulation(field, config=SimulationConfig(scanners=()))
+    simulation = Simulation(field, config=BLIND)
     simulation.step()
     simulation._data.qvel[0] = poison
     with pytest.raises(
@@ -107,10 +108,8 @@ def test_unstable_physics_raises_one_line_and_writes_no_file(
 
 
 def test_spinning_robot_has_the_twist_that_its_poses_show(field: World) -> None:
-    simulation = Simulation(field, config=SimulationConfig(scanners=()))
-    simulation.command(Twist.planar(0.4, 0.5))
-    for _ in range(200):
-        simulation.step()
+    simulation = Simulation(field, config=BLIND)
+    run(simulation, 200, Twist.planar(0.4, 0.5))
     before = simulation.truth()
     simulation.step()
     moved = before.map_from_base.inverse() @ simulation.truth().map_from_base
@@ -178,10 +177,9 @@ def springs(stiffness: float) -> World:
 
 
 def test_instability_names_the_joint_the_time_and_the_place() -> None:
-    calm = Simulation(springs(0.1), config=SimulationConfig(scanners=()))
-    for _ in range(50):
-        calm.step()
-    simulation = Simulation(springs(1e6), config=SimulationConfig(scanners=()))
+    calm = Simulation(springs(0.1), config=BLIND)
+    run(calm, 50)
+    simulation = Simulation(springs(1e6), config=BLIND)
     with pytest.raises(
         PhysicsError,
         match=r"^physics became unstable at 0\.0\d\d s with the robot at x 0\.00, y 0\.00, z -?0\.00:"
@@ -194,7 +192,7 @@ def test_instability_names_the_joint_the_time_and_the_place() -> None:
 
 
 def test_absurd_speed_is_an_error(field: World) -> None:
-    simulation = Simulation(field, config=SimulationConfig(scanners=()))
+    simulation = Simulation(field, config=BLIND)
     simulation._data.qvel[1] = 5000.0
     with pytest.raises(PhysicsError, match=r"body 'base_link' moves at \S+ m/s or rad/s"):
         simulation.step()
@@ -228,8 +226,7 @@ def test_crate_sleeps_until_the_robot_pushes_it() -> None:
 
 def test_carried_robot_stands_where_it_was_put_and_its_wheels_notice_nothing(office: World) -> None:
     simulation = Simulation(office, seed=4)
-    for _ in range(10):
-        simulation.step()
+    run(simulation, 10)
     here = simulation.truth().map_from_base
     there = Pose.planar(float(here.position[0]) - 3.0, float(here.position[1]), 1.0)
     simulation.carry_to(

@@ -10,6 +10,7 @@ import pytest
 from robot_sim import Simulation, World, WorldError
 from robot_sim.standing_pose import standing_pose
 from robot_sim.worlds.loading import parse_world
+from tests.robot_sim.driving import run
 
 RAMPS = """
 bounds = [-20.0, -20.0, 20.0, 20.0]
@@ -69,8 +70,7 @@ def test_robot_that_is_put_down_so_stays_there(
 ) -> None:
     pose = standing_pose(ramps, x, y, heading)
     simulation = Simulation(ramps, start=pose)
-    for _ in range(25):
-        simulation.step()
+    run(simulation, 25)
     after = simulation.truth().map_from_base
     assert np.abs(after.position - pose.position).max() < 5e-3
     assert np.abs(after.rotation - pose.rotation).max() < 5e-3

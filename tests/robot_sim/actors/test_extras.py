@@ -29,6 +29,7 @@ from robot_sim import (
 from robot_sim.actors.extras import Extra
 from robot_sim.actors.schedules import OpenSchedule, Scheduled, Standing
 from robot_sim.scene_objects.plan_elements import Placement
+from tests.robot_sim.driving import run
 
 SECOND = 1_000_000_000
 FORWARD = Twist.planar(0.5, 0.0)
@@ -88,8 +89,7 @@ def seen(caster: RayCaster, start: Sequence[float], times: Sequence[int]) -> lis
 
 def drive(simulation: Simulation, seconds: float, twist: Twist = FORWARD) -> Pose:
     simulation.command(twist)
-    for _ in range(round(seconds * 50)):
-        simulation.step()
+    run(simulation, round(seconds * 50))
     return simulation.truth().map_from_base
 
 
@@ -135,8 +135,7 @@ def test_what_would_come_upon_the_robot_waits_until_it_has_gone(
     simulation = Simulation(rooms(extra), start=Pose.planar(*start, 0.0))
     (name,) = (mover.name for mover in simulation.world.movers)
     before = simulation.truth().map_from_base.position.copy()
-    for _ in range(100):
-        simulation.step()
+    run(simulation, 100)
     assert list(simulation.waiting) == [name]
     assert simulation.truth().map_from_base.position == pytest.approx(before, abs=1e-3)
     body = simulation._model.body(name).mocapid[0]
@@ -169,8 +168,7 @@ def test_robot_is_pushed_by_nothing_wherever_it_stands_when_a_door_closes() -> N
         simulation = Simulation(
             rooms(ClosedDoor("middle", SECOND // 10)), start=Pose.planar(float(x), 2.9, 0.3)
         )
-        for _ in range(25):
-            simulation.step()
+        run(simulation, 25)
         moved = simulation.truth().map_from_base.position[:2] - (float(x), 2.9)
         assert np.hypot(*moved) < 5e-3
 

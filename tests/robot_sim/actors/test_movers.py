@@ -13,7 +13,6 @@ from hypothesis import assume, given, settings, strategies as st
 from localization.types import Scan, Twist
 from robot_sim import (
     Simulation,
-    SimulationConfig,
     World,
     WorldError,
     load_world,
@@ -26,6 +25,7 @@ from robot_sim.actors.walking import ACCELERATION, Walk
 from robot_sim.floorplan.actors_in_plan import MAX_WALKING_SPEED, DoorLeaf, Person
 from robot_sim.simulation import TICK_NS
 from robot_sim.worlds.world import WorldOptions
+from tests.robot_sim.driving import BLIND
 
 ALIVE = WorldOptions(alive=True)
 SECOND = 1_000_000_000
@@ -320,7 +320,7 @@ def _run(
     world: World, seconds: float, forward: float = 0.0
 ) -> tuple[Simulation, np.ndarray, float]:
     """Return the simulation, the robot's positions (N, 3) at each tick and its top speed."""
-    simulation = Simulation(world, config=SimulationConfig(scanners=()))
+    simulation = Simulation(world, config=BLIND)
     path, fastest = [], 0.0
     for _ in range(round(seconds * SECOND / TICK_NS)):
         simulation.command(Twist.planar(forward, 0.0))

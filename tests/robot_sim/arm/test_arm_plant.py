@@ -12,13 +12,13 @@ from robot_sim.arm.arm_plant import ArmPlant
 from robot_sim.arm.arm_table import load_arm
 from robot_sim.array_types import FloatArray
 from robot_sim.errors import WorldError
-from robot_sim.simulation import Simulation, SimulationConfig
+from robot_sim.simulation import Simulation
 from robot_sim.worlds.loading import parse_world
 from robot_sim.worlds.world import World, WorldOptions
 from tests.robot_sim.conftest import ROOM
+from tests.robot_sim.driving import BLIND, run
 
 TABLE = load_arm()
-BLIND = SimulationConfig(scanners=())
 WALL = """
 [[furniture]]
 type = "cabinet"
@@ -58,8 +58,7 @@ def test_the_arm_starts_folded_and_stays_so(room_with_arm: World) -> None:
     simulation = Simulation(room_with_arm, config=BLIND)
     stow = np.array(TABLE.poses["stow"])
     np.testing.assert_array_equal(arm_of(simulation).reading.angles, stow)
-    for _ in range(50):
-        simulation.step()
+    run(simulation, 50)
     reading = arm_of(simulation).reading
     # A servo gives all its torque at an error of its dead band: a folded arm sags by less than half of it.
     assert np.abs(reading.angles - stow).max() < math.radians(0.25)

@@ -38,22 +38,6 @@ def model() -> mujoco.MjModel:
     return on_floor().compile()
 
 
-def test_the_tip_is_where_the_table_puts_it(model: mujoco.MjModel) -> None:
-    data, kinematics = mujoco.MjData(model), Kinematics(TABLE)
-    mount, rng = TABLE.mounts["bracket"], np.random.default_rng(1)
-    joints = [int(model.joint(joint.name).qposadr[0]) for joint in TABLE.joints]
-    for angles in rng.uniform(TABLE.lower, TABLE.upper, (100, 5)):
-        data.qpos[joints] = angles
-        mujoco.mj_kinematics(model, data)
-        tip = kinematics.tip(angles)
-        where = mount.position + mount.rotation @ tip[:3, 3]
-        tool = data.body("tool0")
-        np.testing.assert_allclose(tool.xpos, where, atol=1e-12)
-        np.testing.assert_allclose(
-            tool.xmat.reshape(3, 3), mount.rotation @ tip[:3, :3], atol=1e-12
-        )
-
-
 def test_the_arm_adds_its_mass_and_nothing_else(model: mujoco.MjModel) -> None:
     assert model.body(ARM_BASE).subtreemass[0] == pytest.approx(TABLE.mass, abs=1e-12)
     assert model.body("base_link").subtreemass[0] == pytest.approx(P3AT().mass + TABLE.mass)

@@ -20,6 +20,7 @@ from robot_sim.array_types import FloatArray
 from robot_sim.collision_bits import FLOOR_BIT, OBSTACLE_BIT
 from robot_sim.errors import ArmError
 from robot_sim.robot.mujoco_body import add_robot
+from tests.robot_sim.driving import state_of
 
 TABLE = load_arm()
 LOWER = ("arm_base", "arm_link_1", "arm_link_2")
@@ -176,8 +177,7 @@ def test_every_named_pose_is_free_of_the_vehicle_and_itself(mount: str, apart: f
     spec = mujoco.MjSpec()
     add_robot(spec, ())
     model = spec.compile()
-    data = mujoco.MjData(model)
-    mujoco.mj_kinematics(model, data)
+    data = state_of(model)
     clearance = Clearance(TABLE, mount)
     clearance.follow(model, data)
     for angles in TABLE.poses.values():

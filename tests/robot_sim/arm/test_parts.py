@@ -9,36 +9,25 @@ import pytest
 
 from localization.types import Pose
 from robot_sim.arm.arm_table import load_arm
-from robot_sim.arm.parts import JAWS, ArmBody, Solid, arm_bodies, inertial
+from robot_sim.arm.parts import JAWS, ArmBody, Solid, arm_bodies, inertial, placed
 from robot_sim.errors import ArmError
 
 ARM = load_arm()
 
 
-def placed(angles: list[float], opening: float = 0.0) -> dict[str, tuple[ArmBody, Pose]]:
-    """Return each body with its arm_base_from_body, by name."""
+def placed_bodies(opening: float = 0.0) -> dict[str, tuple[ArmBody, Pose]]:
+    """Return each body of the outstretched arm with its arm_base_from_body, by name."""
+    angles = {joint.name: 0.0 for joint in ARM.joints}
     found: dict[str, tuple[ArmBody, Pose]] = {}
-    left = iter(angles)
     for body in arm_bodies(ARM):
         parent = found[body.parent][1] if body.parent in found else Pose.identity()
-        pose = parent @ body.pose
-        if body.joint is not None:
-            pose = pose @ Pose.from_euler((0.0, 0.0, 0.0), yaw=next(left))
-        if body.slide is not None:
-            pose = pose @ Pose.from_euler([0.5 * opening * way for way in body.slide])
-        found[body.name] = body, pose
+        found[body.name] = body, parent @ placed(body, angles, opening)
     return found
-
-
-def test_the_arm_weighs_what_its_table_says() -> None:
-    total = sum(inertial(body).mass for body in arm_bodies(ARM) if body.solids)
-    assert total == pytest.approx(0.479, abs=1e-12)
-    assert total == pytest.approx(ARM.mass, abs=1e-12)
 
 
 def test_outstretched_each_mass_is_where_the_paper_has_it() -> None:
     found = []
-    for body, pose in placed([0.0] * 5).values():
+    for body, pose in placed_bodies().values():
         found += [((pose @ s.pose).position[0], s.mass, s.name) for s in body.solids]
     tubes = sorted((x, m) for x, m, name in found if name == "tube")
     servos = sorted((x, m) for x, m, name in found if name == "servo")
@@ -55,7 +44,7 @@ def test_outstretched_each_mass_is_where_the_paper_has_it() -> None:
 def test_pads_are_as_far_apart_as_the_gripper_is_open(opening: float) -> None:
     inner = []
     for name, side in zip(JAWS, (1.0, -1.0), strict=True):
-        body, pose = placed([0.0] * 5, opening)[name]
+        body, pose = placed_bodies(opening)[name]
         pad = next(s for s in body.solids if s.name == "pad")
         inner.append((pose @ pad.pose).position[1] - side * 0.5 * pad.size[1])
         assert (pose @ pad.pose).position[0] + 0.5 * pad.size[0] == pytest.approx(0.4119)
@@ -63,7 +52,7 @@ def test_pads_are_as_far_apart_as_the_gripper_is_open(opening: float) -> None:
 
 
 def test_the_palm_ends_where_the_fingers_begin() -> None:
-    body, pose = placed([0.0] * 5)["arm_link_5"]
+    body, pose = placed_bodies()["arm_link_5"]
     palm = next(s for s in body.solids if s.name == "palm")
     front = (pose @ palm.pose).position[0] + 0.5 * palm.size[0]
     assert front == pytest.approx(0.4119 - ARM.gripper.finger)

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from robot_sim.arm.arm_table import load_arm
+from robot_sim.arm.kinematics import Kinematics
 from robot_sim.arm.servo import Resolution, ServoBank
 
 TABLE = load_arm()
@@ -47,17 +48,6 @@ def test_what_is_beyond_a_limit_gets_the_limits_pulse() -> None:
     assert list(bank.widths(np.array(TABLE.lower) - 1.0)) == [544] * 5
 
 
-def tip(angles: np.ndarray) -> np.ndarray:
-    """Return the tip by the product of the Denavit-Hartenberg rows, written out here a second time."""
-    pose = np.eye(4)
-    for joint, angle in zip(TABLE.joints, angles, strict=True):
-        theta, alpha = joint.theta + angle, joint.alpha
-        c, s, ca, sa = math.cos(theta), math.sin(theta), math.cos(alpha), math.sin(alpha)
-        row = [[c, -s * ca, s * sa, joint.a * c], [s, c * ca, -c * sa, joint.a * s]]
-        pose = pose @ np.array([*row, [0.0, sa, ca, joint.d], [0.0, 0.0, 0.0, 1.0]])
-    return pose[:3, 3]
-
-
 @pytest.mark.parametrize(("resolution", "floor"), [("degree", 3.3e-3), ("microsecond", 0.32e-3)])
 def test_rounding_alone_moves_an_outstretched_tip_by_the_known_floor(
     resolution: Resolution, floor: float
@@ -65,11 +55,11 @@ def test_rounding_alone_moves_an_outstretched_tip_by_the_known_floor(
     # 3.3 mm and 0.32 mm rms: each angle is off by an equal share of a degree or of 1/10.3 of it, with the levers 0.41,
     # 0.41, 0.27 and 0.14 m; Servo.write's cut microseconds are 5 % of it.
     bank, rng = ServoBank(TABLE, resolution), np.random.default_rng(3)
-    squares = []
+    tip, squares = Kinematics(TABLE).tip, []
     for _ in range(2000):
         wanted = rng.uniform(-math.radians(1.0), math.radians(1.0), 5)
         given = bank.angles(bank.widths(wanted))
-        squares.append(np.sum((tip(given) - tip(wanted)) ** 2))
+        squares.append(np.sum((tip(given) - tip(wanted))[:3, 3] ** 2))
     assert math.sqrt(np.mean(squares)) == pytest.approx(floor, rel=0.08)
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from functools import cache
-from itertools import combinations, pairwise
+from itertools import combinations
 
 import numpy as np
 import pytest
@@ -19,6 +19,7 @@ from robot_sim.robot.mujoco_body import HEADROOM
 from robot_sim.robot.p3at import P3AT
 from robot_sim.scene_objects.furniture import piece_blocks, size_of
 from robot_sim.worlds.from_floorplan import build_world
+from tests.robot_sim.lines import dense
 
 SEEDS = (0, 5, 13, 31)
 """Two houses and two offices, from the smallest area to the largest."""
@@ -39,14 +40,6 @@ def made(seed: int) -> Building:
 def area_of(seed: int) -> float:
     """Areas from 60 to 600 m^2, another one for each seed."""
     return 60.0 + (seed * 137) % 540
-
-
-def dense(line: object) -> np.ndarray:
-    points = np.array(line)
-    return np.concatenate([
-        np.linspace(a, b, 2 + int(np.linalg.norm(b - a) / 0.02))
-        for a, b in pairwise(points)
-    ])  # fmt: skip
 
 
 def clearance(obstacles: list[Footprint], points: np.ndarray) -> float:

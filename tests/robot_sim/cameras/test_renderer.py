@@ -25,6 +25,7 @@ from robot_sim.scene_objects.plan_elements import Placement
 from robot_sim.worlds.loading import load_world, parse_world
 from tests.robot_sim.cameras.conftest import Make
 from tests.robot_sim.conftest import ROOM
+from tests.robot_sim.driving import run, state_of
 
 EYE = (0.1, 0.0, 0.5)
 BENCH = """
@@ -61,8 +62,7 @@ def test_pixels_and_depths_are_where_the_camera_matrix_has_them(
     make_renderer: Make, looks: tuple[str, ...]
 ) -> None:
     model = mujoco.MjModel.from_xml_string(BENCH)
-    data = mujoco.MjData(model)
-    mujoco.mj_kinematics(model, data)
+    data = state_of(model)
     scene = CameraScene(model, Pose.from_euler(EYE), looks, (), indoors=True)
     frame = make_renderer(scene, FINE).render(still(model))
     (fx, fy), (cx, cy) = FINE.focal_lengths, FINE.principal_point
@@ -110,8 +110,7 @@ def office() -> World:
 @pytest.fixture(scope="module")
 def drive(office: World) -> Simulation:
     simulation = Simulation(office)
-    for _ in range(5):
-        simulation.step()
+    run(simulation, 5)
     return simulation
 
 
@@ -138,13 +137,29 @@ def test_cameras_beside_each_other_do_not_disturb_each_other(
 
 
 OTHER_PROCESS = """
-import hashlib, pickle, sys
+import pickle, sys
 from robot_sim.cameras import CAMERAS
 from robot_sim.cameras.renderer import CameraRenderer
 scene, state = pickle.load(sys.stdin.buffer)
 frame = CameraRenderer(scene, CAMERAS["small"]).render(state)
-print(hashlib.sha256(frame.rgb.tobytes() + frame.depth.tobytes()).hexdigest())
+pickle.dump((frame.rgb, frame.depth, "OpenGL.osmesa" in sys.modules), sys.stdout.buffer)
 """
+
+
+def drawn_elsewhere(
+    world: World, state: VisualState, backend: str
+) -> tuple[np.ndarray, np.ndarray, bool]:
+    """Return colours and depths that another process draws, and whether it does so by OSMesa."""
+    done = subprocess.run(
+        [sys.executable, "-c", OTHER_PROCESS],
+        input=pickle.dumps((camera_scene(world), state)),
+        capture_output=True,
+        check=True,
+        timeout=120,
+        env={**os.environ, "MUJOCO_GL": backend},
+    )
+    rgb, depth, osmesa = pickle.loads(done.stdout)
+    return rgb, depth, osmesa
 
 
 @pytest.mark.process
@@ -152,29 +167,10 @@ def test_another_process_draws_the_same_bytes(
     make_renderer: Make, office: World, drive: Simulation
 ) -> None:
     state = drive.visual_state()
-    expected = digest(make_renderer(office), state)
-    sent = pickle.dumps((camera_scene(office), state))
-    done = subprocess.run(
-        [sys.executable, "-c", OTHER_PROCESS],
-        input=sent,
-        capture_output=True,
-        check=True,
-        timeout=120,
-        env={**os.environ, "MUJOCO_GL": "disable"},
-    )
-
-    assert done.stdout.decode().strip() == expected
-
-
-SEEN_BY_OSMESA = """
-import pickle, sys
-from robot_sim.cameras import CAMERAS
-from robot_sim.cameras.renderer import CameraRenderer
-scene, state = pickle.load(sys.stdin.buffer)
-frame = CameraRenderer(scene, CAMERAS["small"]).render(state)
-assert "OpenGL.osmesa" in sys.modules
-pickle.dump((frame.rgb, frame.depth), sys.stdout.buffer)
-"""
+    expected = make_renderer(office).render(state)
+    rgb, depth, _ = drawn_elsewhere(office, state, "disable")
+    assert rgb.tobytes() == expected.rgb.tobytes()
+    assert depth.tobytes() == expected.depth.tobytes()
 
 
 @pytest.mark.process
@@ -183,15 +179,8 @@ def test_osmesa_draws_what_egl_draws(make_renderer: Make, office: World) -> None
         pytest.skip("OSMesa is missing; on Debian 12: sudo apt-get install libosmesa6")
     state = at(Simulation(office), 1.0, 0.5, 0.4)
     expected = make_renderer(office).render(state)
-    done = subprocess.run(
-        [sys.executable, "-c", SEEN_BY_OSMESA],
-        input=pickle.dumps((camera_scene(office), state)),
-        capture_output=True,
-        check=True,
-        timeout=120,
-        env={**os.environ, "MUJOCO_GL": "osmesa"},
-    )
-    rgb, depth = pickle.loads(done.stdout)
+    rgb, depth, by_osmesa = drawn_elsewhere(office, state, "osmesa")
+    assert by_osmesa
     # The same renderer gives the same bits; EGL may also be a graphics card's.
     assert np.abs(rgb.astype(int) - expected.rgb).mean() < 2.0
     near = np.isclose(depth, expected.depth, atol=0.02, equal_nan=True)

@@ -10,7 +10,6 @@ from robot_sim.drive.aria_packets import (
     StandardPacket,
     checksum,
     frame_packet,
-    moved_units,
     unframe_packet,
 )
 from robot_sim.drive.bumpers import Bumpers
@@ -127,11 +126,6 @@ def test_number_that_does_not_fit_its_field_is_rejected() -> None:
         StandardPacket(False, 0, 0, 0, 40_000, 0, 0, 120, False, False, Bumpers()).to_bytes()
     with pytest.raises(PacketError, match="195"):
         frame_packet(bytes(196))
-
-
-@given(st.integers(0, POSITION_UNITS - 1), st.integers(-4000, 4000))
-def test_positions_are_followed_over_their_wrap(before: int, moved: int) -> None:
-    assert moved_units(before, (before + moved) % POSITION_UNITS) == moved
 
 
 def test_checksum_of_an_odd_number_of_bytes_includes_the_last() -> None:

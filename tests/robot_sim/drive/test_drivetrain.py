@@ -8,14 +8,14 @@ import numpy as np
 import pytest
 from hypothesis import given, settings, strategies as st
 
-from localization.types import Pose, Twist, WheelSpeeds
+from localization.types import Twist, WheelSpeeds
 from robot_sim.drive.drivetrain import DriveConfig, Drivetrain, SlipFault, ramp
 from robot_sim.robot.p3at import P3AT
 from robot_sim.simulation import Simulation, SimulationConfig
 from robot_sim.worlds.loading import parse_world
 from robot_sim.worlds.world import World
+from tests.robot_sim.driving import BLIND, readings_of, run
 
-BLIND = SimulationConfig(scanners=())
 speeds = st.floats(-5.0, 5.0)
 
 
@@ -88,21 +88,16 @@ def test_robot_speeds_up_by_its_ramp_drives_straight_and_brakes_in_its_distance(
     field: World,
 ) -> None:
     simulation = Simulation(field, config=BLIND)
-    simulation.command(Twist.planar(0.6, 0.0))
-    for _ in range(30):
-        simulation.step()
+    run(simulation, 30, Twist.planar(0.6, 0.0))
     # 0.5 m/s^2 for 0.6 s, and the wheels follow the ramp 27 ms behind.
     assert simulation.truth().twist.linear[0] == pytest.approx(0.286, abs=0.01)
-    for _ in range(400):
-        simulation.step()
+    run(simulation, 400)
     pose = simulation.truth().map_from_base
     assert simulation.truth().twist.linear[0] == pytest.approx(0.6, rel=0.01)
     assert abs(pose.position[1]) < 0.001
     assert abs(pose.yaw) < math.radians(0.01)
 
-    simulation.command(Twist.planar(0.0, 0.0))
-    for _ in range(60):
-        simulation.step()
+    run(simulation, 60, Twist.planar(0.0, 0.0))
     stopped = simulation.truth()
     # v^2 / 2a = 0.18 m
     assert 0.17 < stopped.map_from_base.position[0] - pose.position[0] < 0.21
@@ -111,27 +106,10 @@ def test_robot_speeds_up_by_its_ramp_drives_straight_and_brakes_in_its_distance(
 
 def test_robot_follows_the_commanded_curvature(field: World) -> None:
     simulation = Simulation(field, config=BLIND)
-    simulation.command(Twist.planar(0.4, 0.5))
-    for _ in range(300):
-        simulation.step()
+    run(simulation, 300, Twist.planar(0.4, 0.5))
     twist = simulation.truth().twist
     assert twist.linear[0] == pytest.approx(0.4, rel=0.02)
     assert twist.angular[2] == pytest.approx(0.5, rel=0.04)
-
-
-def test_wheels_stop_when_the_robot_was_pushing_a_wall(room: World) -> None:
-    simulation = Simulation(room, config=BLIND, start=Pose.planar(9.6, 4.0, 0.0))
-    simulation.command(Twist.planar(0.6, 0.0))
-    for _ in range(300):
-        simulation.step()
-    assert simulation.touching == ("east_0",)
-    simulation.command(Twist.planar(0.0, 0.0))
-    for _ in range(60):
-        simulation.step()
-    before = simulation._wheel_angles.copy()
-    for _ in range(200):
-        simulation.step()
-    assert np.abs(simulation._wheel_angles - before).max() < 0.05
 
 
 def test_blocked_wheels_do_not_catch_up_after_a_stop() -> None:
@@ -141,30 +119,21 @@ def test_blocked_wheels_do_not_catch_up_after_a_stop() -> None:
     simulation = Simulation(world, config=BLIND)
     wheels = slice(6, 10)
     simulation._model.dof_damping[wheels] = 1e4
-    simulation.command(Twist.planar(0.6, 0.0))
-    for _ in range(300):
-        simulation.step()
+    run(simulation, 300, Twist.planar(0.6, 0.0))
     assert simulation.truth().twist.linear[0] < 0.1
-    simulation.command(Twist.planar(0.0, 0.0))
-    for _ in range(60):
-        simulation.step()
+    run(simulation, 60, Twist.planar(0.0, 0.0))
     held = simulation.truth().map_from_base.position[0]
     # Six seconds of unmet command are 33 rad of wheel, 3.6 m of way.
     simulation._model.dof_damping[wheels] = 0.0
-    for _ in range(200):
-        simulation.step()
+    run(simulation, 200)
     assert abs(simulation.truth().map_from_base.position[0] - held) < 0.02
     assert np.abs(simulation._wheel_rates).max() < 0.001
-
-
-def wheel_readings(simulation: Simulation, ticks: int) -> list[WheelSpeeds]:
-    return [r for _ in range(ticks) for r in simulation.step() if isinstance(r, WheelSpeeds)]
 
 
 def test_encoders_report_the_rim_speed_within_their_errors(field: World) -> None:
     simulation = Simulation(field, seed=3, config=BLIND)
     simulation.command(Twist.planar(0.5, 0.0))
-    readings = wheel_readings(simulation, 500)[200:]
+    readings = readings_of(WheelSpeeds, simulation, 500)[200:]
     left = np.array([r.left for r in readings])
     assert left.mean() == pytest.approx(0.5, rel=0.012)
     assert left.std() == pytest.approx(DriveConfig().encoder_noise, rel=0.2)
@@ -172,7 +141,7 @@ def test_encoders_report_the_rim_speed_within_their_errors(field: World) -> None
 
 
 def test_encoders_report_zero_at_rest(field: World) -> None:
-    readings = wheel_readings(Simulation(field, config=BLIND), 60)[10:]
+    readings = readings_of(WheelSpeeds, Simulation(field, config=BLIND), 60)[10:]
     assert {(r.left, r.right) for r in readings} == {(0.0, 0.0)}
 
 
@@ -181,7 +150,7 @@ def test_slip_fault_scales_both_sides_while_active(field: World) -> None:
     config = SimulationConfig(drive=DriveConfig(slips=(slip,)), scanners=())
     simulation = Simulation(field, config=config)
     simulation.command(Twist.planar(0.4, 0.0))
-    for reading in wheel_readings(simulation, 300)[150:]:
+    for reading in readings_of(WheelSpeeds, simulation, 300)[150:]:
         expected = 0.8 if slip.active(reading.stamp) else 0.4
         assert reading.left == pytest.approx(expected, rel=0.04)
         assert reading.right == pytest.approx(expected, rel=0.04)

@@ -11,7 +11,7 @@ import pytest
 from hypothesis import given, strategies as st
 
 from localization.types import SECOND, Inertial, Twist, WheelSpeeds
-from robot_sim.drive.aria_packets import StandardPacket, moved_units
+from robot_sim.drive.aria_packets import POSITION_UNITS, StandardPacket
 from robot_sim.drive.bumpers import Bumpers
 from robot_sim.drive.drivetrain import DriveConfig
 from robot_sim.drive.motor_controller import (
@@ -24,6 +24,7 @@ from robot_sim.drive.motor_controller import (
 from robot_sim.drive.robot_condition import Condition
 from robot_sim.simulation import TICK_NS, Simulation, SimulationConfig
 from robot_sim.worlds.world import World
+from tests.robot_sim.driving import BLIND, run
 
 P3AT_FIRMWARE = FirmwareConfig()
 LIKE_THE_VENDOR = SimulationConfig(drive=DriveConfig(firmware=P3AT_FIRMWARE), scanners=())
@@ -54,6 +55,12 @@ def packets_of(firmware: Firmware, left: float, right: float, ticks: int) -> lis
         if firmware.packet is not None:
             packets.append(firmware.packet)
     return packets
+
+
+def moved_units(before: int, after: int) -> int:
+    """Return the smaller difference of a position between two packets, across its wrap-around."""
+    half = POSITION_UNITS // 2
+    return (after - before + half) % POSITION_UNITS - half
 
 
 @given(st.floats(-2.0, 2.0), st.floats(-5.0, 5.0))
@@ -197,9 +204,7 @@ def test_wheel_speeds_come_at_10_hz_and_agree_with_the_packets(field: World) -> 
 
 def test_the_robot_turns_by_the_vendors_constant_and_not_by_the_closed_form(field: World) -> None:
     simulation = Simulation(field, config=EXACT)
-    simulation.command(Twist.planar(0.0, math.radians(45.0)))
-    for _ in range(100):
-        simulation.step()
+    run(simulation, 100, Twist.planar(0.0, math.radians(45.0)))
     rates = []
     for _ in range(100):
         simulation.step()
@@ -225,7 +230,7 @@ def test_odometry_of_the_packets_follows_a_straight_drive(field: World) -> None:
 
 
 def test_without_firmware_there_is_no_packet(field: World) -> None:
-    simulation = Simulation(field, config=SimulationConfig(scanners=()))
+    simulation = Simulation(field, config=BLIND)
     for _ in range(10):
         assert any(isinstance(r, WheelSpeeds) for r in simulation.step())
         assert simulation.packet is None

@@ -17,8 +17,8 @@ from robot_sim.robot.platforms import PLATFORMS
 from robot_sim.simulation import Simulation, SimulationConfig
 from robot_sim.worlds.loading import parse_world
 from robot_sim.worlds.world import World
+from tests.robot_sim.driving import BLIND
 
-BLIND = SimulationConfig(scanners=())
 FIRM = SimulationConfig(drive=DriveConfig(firmware=FirmwareConfig()), scanners=())
 BARE = "bounds = [-20.0, -20.0, 20.0, 20.0]\nspawn = [0.0, 0.0, 0.0]\nceiling = false\n"
 RAMP = 0.35

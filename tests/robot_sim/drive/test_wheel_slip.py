@@ -14,8 +14,9 @@ from robot_sim.drive.wheel_slip import centres_of_rotation, contact_positions, s
 from robot_sim.robot.imperfections import MANDOW_2007
 from robot_sim.robot.platforms import HUSKY, JACKAL, P3AT
 from robot_sim.robot.skid_steer_parameters import SkidSteer
-from robot_sim.simulation import Simulation, SimulationConfig
+from robot_sim.simulation import Simulation
 from robot_sim.worlds.world import World
+from tests.robot_sim.driving import BLIND, run
 
 speeds = st.floats(-2.0, 2.0)
 turns = st.floats(0.01, 3.0) | st.floats(-3.0, -0.01)
@@ -72,11 +73,9 @@ def test_rims_run_on_the_tyres_true_radii() -> None:
 
 
 def test_truth_has_slip_and_centres_of_a_robot_turning_in_place(field: World) -> None:
-    simulation = Simulation(field, config=SimulationConfig(scanners=()))
+    simulation = Simulation(field, config=BLIND)
     assert math.isnan(simulation.truth().slip.icr_left)
-    simulation.command(Twist.planar(0.0, 1.0))
-    for _ in range(100):
-        simulation.step()
+    run(simulation, 100, Twist.planar(0.0, 1.0))
     slip, robot = simulation.truth().slip, field.robot
     assert slip.icr_left == pytest.approx(0.5 * robot.effective_track, rel=0.02)
     assert slip.icr_right == pytest.approx(-0.5 * robot.effective_track, rel=0.02)

@@ -25,6 +25,7 @@ from robot_sim.scene_objects.furniture import size_of
 from robot_sim.scene_objects.plan_elements import Door, Piece, Placement, Wall
 from robot_sim.worlds.loading import load_plan
 from robot_sim.worlds.world import WorldOptions
+from tests.robot_sim.lines import dense
 
 
 def corners(piece: Piece) -> np.ndarray:
@@ -49,10 +50,7 @@ def overlap(a: np.ndarray, b: np.ndarray) -> bool:
 def outline(piece: Piece, spacing: float = 0.02) -> np.ndarray:
     """Return points (N, 2) along the edge of what a piece covers."""
     ring = corners(piece)
-    sides = zip(ring, np.roll(ring, -1, axis=0), strict=True)
-    return np.concatenate([
-        np.linspace(a, b, 2 + int(np.hypot(*(b - a)) / spacing)) for a, b in sides
-    ])  # fmt: skip
+    return dense([*ring, ring[0]], spacing)
 
 
 rectangle = st.tuples(
@@ -195,11 +193,7 @@ def test_enough_is_moved_to_matter() -> None:
 
 def changed_share(mapped: World, today: World, spacing: float = 1.0) -> float:
     """Return the share of level beams, cast along the tour, that differ by more than 10 cm."""
-    tour = np.array(mapped.tour)
-    points = np.concatenate([
-        np.linspace(a, b, 2 + int(np.hypot(*(b - a)) / spacing))[:-1]
-        for a, b in pairwise(tour)
-    ])  # fmt: skip
+    points = dense(mapped.tour, spacing)
     angles = np.radians(np.arange(0.0, 360.0, 1.0))
     rays = np.stack([np.cos(angles), np.sin(angles), np.zeros(len(angles))], axis=1)
     origins = np.repeat(np.column_stack([points, np.full(len(points), 0.4)]), len(rays), axis=0)

@@ -25,6 +25,7 @@ from robot_sim.layout.plan_from_occupancy_map import plan_from_map, rectangles
 from robot_sim.layout.route_planning import length
 from robot_sim.robot.mujoco_body import ROBOT_GROUP
 from robot_sim.worlds.from_floorplan import build_world
+from tests.robot_sim.driving import state_of
 
 ENTRIES = {
     "image": "map.pgm",
@@ -136,8 +137,7 @@ def test_rays_in_the_extruded_world_end_where_the_map_is_occupied(
     path = write_map(tmp_path, rooms(), origin=f"[-1.0, -2.0, {yaw}]")
     grid = read_occupancy_map(path)
     model = build_world(plan_from_map(grid).plan).model
-    data = mujoco.MjData(model)
-    mujoco.mj_forward(model, data)
+    data = state_of(model)
     groups = np.ones(mujoco.mjNGROUP, dtype=np.uint8)
     groups[ROBOT_GROUP] = 0
     rng = np.random.default_rng(3)

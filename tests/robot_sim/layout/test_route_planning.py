@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -12,6 +11,7 @@ from hypothesis import given, strategies as st
 from robot_sim.layout.clearance_grid import ClearanceGrid
 from robot_sim.layout.footprints import Footprint
 from robot_sim.layout.route_planning import RoutePlanner, length
+from tests.robot_sim.lines import dense
 
 lengths = st.floats(0.0, 2.0)
 boxes = st.builds(
@@ -72,9 +72,9 @@ def test_round_trip_goes_through_the_middle_of_a_door_and_comes_back() -> None:
     assert trip[0] == trip[-1] == (2.0, 1.0)
     assert (8.0, 1.0) in trip
     assert len(trip) <= 16
-    dense = np.concatenate([np.linspace(a, b, 60) for a, b in pairwise(trip)])
-    assert float(space.at(dense).min()) >= 0.42
-    crossing = dense[np.abs(dense[:, 0] - 5.0) < 0.1]
+    points = dense(trip)
+    assert float(space.at(points).min()) >= 0.42
+    crossing = points[np.abs(points[:, 0] - 5.0) < 0.1]
     assert np.abs(crossing[:, 1] - 4.0).max() < 0.08
     # Up to the door and down again, there and back: no shorter than the crow, little longer.
     assert 2 * 2 * math.hypot(3.0, 3.0) <= length(trip) <= 2.5 * 2 * math.hypot(3.0, 3.0)

@@ -13,13 +13,8 @@ from robot_sim.errors import WorldError
 from robot_sim.floorplan.plan import Waypoint
 from robot_sim.layout.floor_space import FloorSpace, floor_space
 from robot_sim.layout.grid_clearance import grid_clearance
-from robot_sim.layout.route_planning import length
-from robot_sim.layout.survey_planning import (
-    Routes,
-    plan_routes,
-    straight_clearance,
-    turning_clearance,
-)
+from robot_sim.layout.route_planning import length, straight_clearance, turning_clearance
+from robot_sim.layout.survey_planning import Routes, plan_routes
 from robot_sim.layout.survey_reach import Reach, survey_reach
 from robot_sim.robot.platforms import P3AT
 from tests.robot_sim.layout.floors import CELL, Floor, two_rooms
@@ -30,7 +25,7 @@ STRAIGHT, TURNING = straight_clearance(P3AT()), turning_clearance(P3AT())
 def routes_of(floor: Floor, start: Waypoint = (2.5, 2.5)) -> tuple[FloorSpace, Routes, Reach]:
     space = floor_space(floor.free, CELL)
     routes = plan_routes(space, start, P3AT())
-    return space, routes, survey_reach(space, routes.survey, straight=STRAIGHT, turning=TURNING)
+    return space, routes, survey_reach(space, routes.survey, P3AT())
 
 
 @pytest.mark.parametrize("door", [0.7, 0.8, 0.85, 0.9, 1.0])

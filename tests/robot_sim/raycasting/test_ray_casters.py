@@ -33,6 +33,7 @@ from robot_sim.robot.p3at import MOUNTS
 from robot_sim.scene_objects.plan_elements import Placement
 from robot_sim.worlds.loading import load_world
 from robot_sim.worlds.world import World, WorldOptions
+from tests.robot_sim.driving import state_of
 
 TOLERANCE = 1e-4
 """What the casters may differ by [m]."""
@@ -177,8 +178,7 @@ def test_all_shapes_are_hit_as_by_mujoco_from_outside_and_inside() -> None:
 
 
 def test_office_is_hit_as_by_mujoco(office: World) -> None:
-    data = mujoco.MjData(office.model)
-    mujoco.mj_forward(office.model, data)
+    data = state_of(office.model)
     casters = both(office.model, data)
     angles = np.linspace(-2.3, 2.3, 181)
     fan = np.stack([np.cos(angles), np.sin(angles), np.zeros(181)], axis=1)
@@ -203,8 +203,7 @@ def test_long_flat_rays_hit_a_heightfield_as_by_mujoco() -> None:
         name="hills", type=mujoco.mjtGeom.mjGEOM_HFIELD, hfieldname="hills", pos=(3.0, -2.0, 0.1)
     )
     model = spec.compile()
-    data = mujoco.MjData(model)
-    mujoco.mj_forward(model, data)
+    data = state_of(model)
     angles = rng.uniform(-math.pi, math.pi, 700)
     climbs = rng.normal(0.0, 0.05, 700)
     directions = np.stack([np.cos(angles), np.sin(angles), climbs], axis=1)
@@ -343,8 +342,7 @@ def test_rays_that_start_under_the_floor_pass_it_as_mujocos_do() -> None:
         '<mujoco><worldbody><geom type="plane" size="5 5 1"/>'
         '<geom type="box" size="1 1 1" pos="0 0 4"/></worldbody></mujoco>'
     )
-    data = mujoco.MjData(model)
-    mujoco.mj_forward(model, data)
+    data = state_of(model)
     up = (
         np.array([[0.2, 0.1, -2.0], [0.2, 0.1, 1.0], [3.0, 0.0, -2.0]]),
         np.tile([0.0, 0.0, 1.0], (3, 1)),
@@ -356,8 +354,7 @@ def test_rays_that_start_under_the_floor_pass_it_as_mujocos_do() -> None:
 
 def test_empty_world_gives_no_returns() -> None:
     model = mujoco.MjModel.from_xml_string("<mujoco/>")
-    data = mujoco.MjData(model)
-    mujoco.mj_forward(model, data)
+    data = state_of(model)
     origins, directions = anywhere(np.random.default_rng(0), (0, 0, 0), (1, 1, 1), 5)
     for caster in both(model, data):
         hits = caster.hits(origins, directions, np.zeros(5, dtype=np.int64), 20.0)
@@ -367,8 +364,7 @@ def test_empty_world_gives_no_returns() -> None:
 
 
 def test_robot_does_not_see_itself(field: World) -> None:
-    data = mujoco.MjData(field.model)
-    mujoco.mj_forward(field.model, data)
+    data = state_of(field.model)
     down, start = np.array([[0.0, 0.0, -1.0]]), np.array([[0.0, 0.0, 2.0]])
     for caster in both(field.model, data):
         distances = caster.distances(start, down, np.zeros(1, dtype=np.int64), 20.0)

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 
-import mujoco
 import numpy as np
 import pytest
 from hypothesis import given, settings, strategies as st
@@ -21,6 +20,7 @@ from robot_sim.validation import friction_theory as coulomb
 from robot_sim.validation.drive_bench import DriveBench, ramped
 from robot_sim.worlds.loading import parse_world
 from tests.robot_sim.conftest import FIELD
+from tests.robot_sim.driving import BLIND, run, state_of
 
 EXACT = DriveConfig(encoder_noise=0.0, encoder_scale_sigma=0.0)
 robots = pytest.mark.parametrize("robot", PLATFORMS.values(), ids=PLATFORMS)
@@ -29,8 +29,7 @@ robots = pytest.mark.parametrize("robot", PLATFORMS.values(), ids=PLATFORMS)
 def centre_of_mass(robot: SkidSteer) -> np.ndarray:
     """Of the whole robot in base_link, with the body level at the origin."""
     model = DriveBench(robot).model
-    data = mujoco.MjData(model)
-    mujoco.mj_forward(model, data)
+    data = state_of(model)
     return np.array(data.subtree_com[model.body("base_link").id])
 
 
@@ -79,10 +78,8 @@ def test_friction_is_damped_in_proportion_to_how_fast_a_robot_slips() -> None:
 def test_robot_drives_in_a_world_and_turns_as_commanded(robot: SkidSteer) -> None:
     world = parse_world(FIELD, name="field", robot=robot)
     assert world.robot is robot
-    simulation = Simulation(world, config=SimulationConfig(scanners=()))
-    simulation.command(Twist.planar(0.0, 1.0))
-    for _ in range(100):
-        simulation.step()
+    simulation = Simulation(world, config=BLIND)
+    run(simulation, 100, Twist.planar(0.0, 1.0))
     assert simulation.truth().twist.angular[2] == pytest.approx(1.0, rel=0.02)
 
 
@@ -168,10 +165,9 @@ def test_without_integral_control_a_robot_drives_straight_where_it_cannot_turn()
     world = parse_world(FIELD, name="field", robot=robot)
 
     def moved(twist: Twist) -> Twist:
-        simulation = Simulation(world, config=SimulationConfig(scanners=()))
+        simulation = Simulation(world, config=BLIND)
         simulation.command(twist)
-        for _ in range(150):
-            simulation.step()
+        run(simulation, 150)
         return simulation.truth().twist
 
     # Wheels at 0.1 rad/s: half of what turning in place takes.

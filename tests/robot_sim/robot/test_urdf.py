@@ -15,6 +15,7 @@ from robot_sim.robot.platforms import P3AT, PLATFORMS
 from robot_sim.robot.skid_steer_parameters import SkidSteer
 from robot_sim.robot.urdf import urdf
 from robot_sim.validation.drive_bench import DriveBench
+from tests.robot_sim.driving import state_of
 
 robots = pytest.mark.parametrize("robot", PLATFORMS.values(), ids=PLATFORMS)
 COMPILER = (
@@ -26,8 +27,7 @@ def compiled(robot: SkidSteer) -> tuple[mujoco.MjModel, mujoco.MjData]:
     """Return the model that MuJoCo makes of the URDF, with base_link at the origin."""
     text = urdf(robot, robot.mounts).replace("</robot>", COMPILER + "</robot>")
     model = mujoco.MjModel.from_xml_string(text)
-    data = mujoco.MjData(model)
-    mujoco.mj_forward(model, data)
+    data = state_of(model)
     return model, data
 
 

@@ -63,15 +63,15 @@ def test_patch_needs_a_size_and_a_place() -> None:
     x=coordinates, y=coordinates, yaw=st.floats(-4.0, 4.0),
     hx=st.floats(0.1, 5.0), hy=st.floats(0.1, 5.0), u=st.floats(-2.0, 2.0), v=st.floats(-2.0, 2.0),
 )  # fmt: skip
-def test_patch_contains_the_points_in_its_rotated_rectangle(
+def test_patch_covers_the_points_in_its_rotated_rectangle(
     x: float, y: float, yaw: float, hx: float, hy: float, u: float, v: float
 ) -> None:
     patch = Patch(TILE, x, y, half=(hx, hy), yaw=yaw)
     along, across = u * hx, v * hy
     c, s = math.cos(yaw), math.sin(yaw)
-    point = np.array([[x + c * along - s * across, y + s * along + c * across, 0.3]])
+    point = x + c * along - s * across, y + s * along + c * across
     if min(abs(abs(u) - 1.0), abs(abs(v) - 1.0)) > 1e-6:
-        assert bool(patch.contains(point)[0]) == (abs(u) < 1.0 and abs(v) < 1.0)
+        assert patch.covers(*point) == (abs(u) < 1.0 and abs(v) < 1.0)
 
 
 def test_later_patches_lie_on_earlier_ones() -> None:

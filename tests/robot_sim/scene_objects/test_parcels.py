@@ -8,11 +8,12 @@ import pytest
 
 from robot_sim.errors import WorldError
 from robot_sim.raycasting.ray_caster import static_geoms, visible_geoms
-from robot_sim.simulation import Simulation, SimulationConfig
+from robot_sim.simulation import Simulation
 from robot_sim.survey.total_station import TotalStation
 from robot_sim.worlds.loading import parse_world
 from robot_sim.worlds.world import WorldOptions
 from tests.robot_sim.conftest import ROOM
+from tests.robot_sim.driving import BLIND, run
 
 CRATE = """
 [[furniture]]
@@ -32,22 +33,20 @@ yaw = 30.0
 
 def test_a_parcel_lies_where_the_plan_has_it_and_sleeps() -> None:
     world = parse_world(ROOM + CRATE, name="room")
-    simulation = Simulation(world, config=SimulationConfig(scanners=()))
-    for _ in range(25):
-        simulation.step()
+    simulation = Simulation(world, config=BLIND)
+    run(simulation, 25)
     data, body = simulation._data, world.model.body("red")
     np.testing.assert_allclose(data.body("red").xpos, (4.65, 3.0, 0.325), atol=3e-4)
     assert body.mass[0] == pytest.approx(0.04)
     assert data.tree_asleep[world.model.body_treeid[body.id]] >= 0
     before = data.body("red").xpos.copy()
-    for _ in range(50):
-        simulation.step()
+    run(simulation, 50)
     np.testing.assert_array_equal(data.body("red").xpos, before)
 
 
 def test_a_sleeping_parcel_wakes_when_the_arm_pushes_it() -> None:
     world = parse_world(ROOM + CRATE, name="room", options=WorldOptions(arm="s2"))
-    simulation = Simulation(world, config=SimulationConfig(scanners=()))
+    simulation = Simulation(world, config=BLIND)
     arm = simulation.arm
     assert arm is not None
     # To the side, ahead, and across the crate.

@@ -11,7 +11,7 @@ import pytest
 from hypothesis import given, strategies as st
 
 from localization.types import Twist
-from robot_sim import Simulation, SimulationConfig
+from robot_sim import Simulation
 from robot_sim.array_types import FloatArray
 from robot_sim.errors import WorldError
 from robot_sim.floorplan.plan import Placement, Plan
@@ -20,6 +20,7 @@ from robot_sim.scene_objects.ramps_and_steps import Slab
 from robot_sim.scene_objects.terrain import Hill, LevelDisc, Rut, Terrain
 from robot_sim.worlds.from_floorplan import build_world
 from robot_sim.worlds.world import World
+from tests.robot_sim.driving import BLIND, run, state_of
 
 LAWN = Terrain(
     "lawn",
@@ -52,8 +53,7 @@ def hills() -> World:
 
 def seen_from_above(world: World, points: FloatArray) -> FloatArray:
     """Return the height [m] at which a ray straight down meets something static, for each point."""
-    data = mujoco.MjData(world.model)
-    mujoco.mj_forward(world.model, data)
+    data = state_of(world.model)
     static = np.array([1, 0, 0, 0, 0, 0], dtype=np.uint8)
     hit = np.zeros(1, dtype=np.int32)
     down = np.array([0.0, 0.0, -1.0])
@@ -132,16 +132,15 @@ def test_face_of_a_slab_connects_the_heights_of_its_ends(
 def test_robot_put_on_a_hill_stands_still_there(hills: World) -> None:
     for name, place in hills.places.items():
         assert max(abs(place.euler[0]), abs(place.euler[1])) > math.radians(3.0)
-        simulation = Simulation(hills, config=SimulationConfig(scanners=()), start=place)
-        for _ in range(100):
-            simulation.step()
+        simulation = Simulation(hills, config=BLIND, start=place)
+        run(simulation, 100)
         moved = place.inverse() @ simulation.truth().map_from_base
         assert np.abs(moved.position).max() < 0.02, name
         assert np.abs(moved.euler).max() < math.radians(2.0), name
 
 
 def test_robot_drives_over_the_hill_and_back_to_the_floor(hills: World) -> None:
-    simulation = Simulation(hills, config=SimulationConfig(scanners=()))
+    simulation = Simulation(hills, config=BLIND)
     heights, pitches = [], []
     simulation.command(Twist.planar(0.6, 0.0))
     while simulation.truth().map_from_base.position[0] < 13.0:

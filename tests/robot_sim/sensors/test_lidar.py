@@ -20,6 +20,7 @@ from robot_sim.sensors.sensor_suite import sensor_suite
 from robot_sim.simulation import Simulation, SimulationConfig
 from robot_sim.worlds.loading import load_world
 from robot_sim.worlds.world import World
+from tests.robot_sim.driving import readings_of
 
 EXACT = (
     ScannerConfig("laser_horizontal", sigma=0.0),
@@ -34,10 +35,6 @@ def room_ranges(origins: np.ndarray, directions: np.ndarray) -> np.ndarray:
         to_faces = np.where(directions > 0.0, high - origins, low - origins) / directions
     to_faces[directions == 0.0] = np.inf
     return np.asarray(to_faces.min(axis=1))
-
-
-def scans_of(simulation: Simulation, ticks: int) -> list[Scan]:
-    return [r for _ in range(ticks) for r in simulation.step() if isinstance(r, Scan)]
 
 
 INTERLACED = replace(
@@ -75,7 +72,7 @@ def test_every_beam_is_cast_at_its_own_time(
 
 
 def test_sweep_has_one_stamp_and_a_time_for_each_beam(room: World) -> None:
-    scans = scans_of(Simulation(room, config=SimulationConfig(scanners=EXACT)), 10)
+    scans = readings_of(Scan, Simulation(room, config=SimulationConfig(scanners=EXACT)), 10)
     assert [(s.stamp, s.scanner) for s in scans] == [
         (0, "laser_horizontal"),
         (0, "laser_vertical"),
@@ -91,7 +88,7 @@ def test_sweep_has_one_stamp_and_a_time_for_each_beam(room: World) -> None:
 
 def test_phase_shifts_the_sweeps(room: World) -> None:
     late = ScannerConfig("laser_vertical", phase_ns=33_333_333)
-    scans = scans_of(Simulation(room, config=SimulationConfig(scanners=(late,))), 20)
+    scans = readings_of(Scan, Simulation(room, config=SimulationConfig(scanners=(late,))), 20)
     assert [s.stamp for s in scans] == [33_333_333, 133_333_333, 233_333_333]
 
 
@@ -99,7 +96,7 @@ def test_noise_is_gaussian_of_the_configured_size(room: World) -> None:
     def ranges(sigma: float) -> np.ndarray:
         scanner = ScannerConfig("laser_horizontal", sigma=sigma)
         simulation = Simulation(room, config=SimulationConfig(scanners=(scanner,)))
-        return np.array([s.ranges for s in scans_of(simulation, 200)[5:]])
+        return np.array([s.ranges for s in readings_of(Scan, simulation, 200)[5:]])
 
     errors = (ranges(0.012) - ranges(0.0)).ravel()
     assert abs(errors.mean()) < 0.001
@@ -108,7 +105,7 @@ def test_noise_is_gaussian_of_the_configured_size(room: World) -> None:
 
 
 def test_surfaces_beyond_the_range_give_infinity(field: World) -> None:
-    scans = scans_of(Simulation(field), 4)
+    scans = readings_of(Scan, Simulation(field), 4)
     horizontal, vertical = scans
     assert np.isposinf(horizontal.ranges).all()
     # The vertical scanner sees the floor at its sides and no ceiling.
@@ -118,7 +115,7 @@ def test_surfaces_beyond_the_range_give_infinity(field: World) -> None:
 
 def test_surfaces_below_the_least_range_give_nan(room: World) -> None:
     scanner = ScannerConfig("laser_horizontal", range_min=5.0)
-    (scan,) = scans_of(Simulation(room, config=SimulationConfig(scanners=(scanner,))), 5)
+    (scan,) = readings_of(Scan, Simulation(room, config=SimulationConfig(scanners=(scanner,))), 5)
     assert np.isnan(scan.ranges[np.abs(scan.angles + math.pi / 2) < 0.1]).all()
     assert np.isfinite(scan.ranges[np.abs(scan.angles) < 0.1]).all()
 
@@ -143,7 +140,7 @@ def test_realistic_scanners_repeat_bit_by_bit_and_report_remissions(office: Worl
         config = SimulationConfig(scanners=suite.scanners)
         simulation = Simulation(office, seed=seed, config=config)
         simulation.command(Twist.planar(0.5, 0.5))
-        return scans_of(simulation, 12)
+        return readings_of(Scan, simulation, 12)
 
     first, again, other = drive(3), drive(3), drive(4)
     assert len(first) == 12
@@ -163,7 +160,8 @@ def test_effects_off_and_on_see_the_same_office(office: World) -> None:
     exact = tuple(replace(s, sigma=0.0) for s in sensor_suite("sick_lms111").scanners)
     real = sensor_suite("sick_lms111", realistic=True).scanners
     plain, rich = (
-        scans_of(Simulation(office, config=SimulationConfig(scanners=s)), 3) for s in (exact, real)
+        readings_of(Scan, Simulation(office, config=SimulationConfig(scanners=s)), 3)
+        for s in (exact, real)
     )
     for a, b in zip(plain, rich, strict=True):
         both = np.isfinite(a.ranges) & np.isfinite(b.ranges)
@@ -189,7 +187,7 @@ def test_scanners_cast_together_give_the_same_scans_as_each_alone(
         scanners = sensor_suite("sick_lms111", realistic=True).scanners
         simulation = Simulation(world, seed=5, config=SimulationConfig(scanners=scanners))
         simulation.command(Twist.planar(0.4, 0.6))
-        return scans_of(simulation, 9)
+        return readings_of(Scan, simulation, 9)
 
     monkeypatch.setattr(LightTracer, "trace_beams", counted)
     together = drive()
@@ -211,7 +209,7 @@ def test_scanners_with_different_effects_are_cast_separately(office: World) -> N
 
     def seen_by_wide(other: ScannerConfig) -> list[Scan]:
         simulation = Simulation(office, seed=2, config=SimulationConfig(scanners=(wide, other)))
-        return [scan for scan in scans_of(simulation, 4) if scan.scanner == wide.name]
+        return [scan for scan in readings_of(Scan, simulation, 4) if scan.scanner == wide.name]
 
     expected = seen_by_wide(like)
     assert expected
@@ -223,7 +221,8 @@ def test_scanners_with_different_effects_are_cast_separately(office: World) -> N
 def test_scanner_in_the_glasshouse_sees_through_its_walls() -> None:
     world = load_world("glasshouse")
     plain, rich = (
-        scans_of(
+        readings_of(
+            Scan,
             Simulation(
                 world,
                 config=SimulationConfig(

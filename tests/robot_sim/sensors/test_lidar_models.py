@@ -15,11 +15,12 @@ from robot_sim.sensors.lidar_models import LIDARS, lidar_model
 from robot_sim.sensors.scanner_config import ScannerConfig
 from robot_sim.simulation import Simulation, SimulationConfig
 from robot_sim.worlds.world import World
+from tests.robot_sim.driving import readings_of
 
 
 def scans_of(world: World, scanner: ScannerConfig, ticks: int) -> list[Scan]:
     simulation = Simulation(world, config=SimulationConfig(scanners=(scanner,)))
-    return [r for _ in range(ticks) for r in simulation.step() if isinstance(r, Scan)]
+    return readings_of(Scan, simulation, ticks)
 
 
 def test_every_figure_of_every_model_names_its_source() -> None:

@@ -94,15 +94,17 @@ def test_dirt_covers_its_share_of_beams_in_at_most_three_runs_of_neighbours(
     assert all(np.isfinite(s.ranges).all() for s in scans if s.scanner == VERTICAL)
 
 
+def covered(seed: int, dirt: float) -> np.ndarray:
+    """Return ranges of 3 m as a dirty window reports them."""
+    fault = ScannerFault(HORIZONTAL, 0, dirt=dirt)
+    window = DirtyWindow([fault], 541, 1, np.random.SeedSequence(seed))
+    ranges = np.full(541, 3.0)
+    window.cover(ranges, np.zeros(0), np.arange(541), 0)
+    return ranges
+
+
 def test_bright_dirt_reads_as_too_near_and_dark_dirt_as_nothing(room: World) -> None:
-    kinds = set()
-    for seed in range(8):
-        window = DirtyWindow(
-            [ScannerFault(HORIZONTAL, 0, dirt=0.5)], 541, 1, np.random.SeedSequence(seed)
-        )
-        ranges, times = np.full(541, 3.0), np.arange(541)
-        window.cover(ranges, np.zeros(0), times, 0)
-        kinds |= set(np.unique(ranges).tolist())
+    kinds = set(np.concatenate([covered(seed, 0.5) for seed in range(8)]).tolist())
     assert kinds == {0.04, 3.0, np.inf}
     found = readings(room, faulty(*(ScannerFault(s, 0, dirt=0.9) for s in (HORIZONTAL, VERTICAL))))
     values = np.concatenate([r.ranges for r in found if isinstance(r, Scan)])
@@ -111,14 +113,7 @@ def test_bright_dirt_reads_as_too_near_and_dark_dirt_as_nothing(room: World) -> 
 
 
 def test_which_beams_are_dirty_depends_on_the_seed() -> None:
-    masks = set()
-    for seed in range(20):
-        window = DirtyWindow(
-            [ScannerFault(HORIZONTAL, 0, dirt=0.3)], 541, 1, np.random.SeedSequence(seed)
-        )
-        ranges = np.full(541, 3.0)
-        window.cover(ranges, np.zeros(0), np.arange(541), 0)
-        masks.add((ranges == 3.0).tobytes())
+    masks = {(covered(seed, 0.3) == 3.0).tobytes() for seed in range(20)}
     assert len(masks) == 20
 
 

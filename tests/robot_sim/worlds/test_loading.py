@@ -6,16 +6,16 @@ import numpy as np
 import pytest
 
 from robot_sim.errors import UnknownSceneError, WorldError
-from robot_sim.simulation import Simulation, SimulationConfig
+from robot_sim.simulation import Simulation
 from robot_sim.worlds.loading import load_world, parse_world
 from robot_sim.worlds.world import World
+from tests.robot_sim.driving import BLIND, run
 
 
 def test_robot_stands_still_on_four_wheels_at_every_place(office: World) -> None:
     for name, pose in office.places.items():
-        simulation = Simulation(office, start=pose, config=SimulationConfig(scanners=()))
-        for _ in range(10):
-            simulation.step()
+        simulation = Simulation(office, start=pose, config=BLIND)
+        run(simulation, 10)
         condition = simulation.condition
         assert condition.wheels_down == (True, True, True, True), name
         assert not condition.touching, name

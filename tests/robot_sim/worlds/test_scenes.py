@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from functools import cache
-from itertools import pairwise
 
 import mujoco
 import numpy as np
@@ -13,16 +12,19 @@ import pytest
 from localization.maps.cloud import Cloud
 from localization.maps.map_files import load_cloud
 from localization.types import Health
-from robot_sim import Simulation, SimulationConfig, World, load_world, scene_names
+from robot_sim import Simulation, World, load_world, scene_names
 from robot_sim.array_types import FloatArray
-from robot_sim.floorplan.plan import Plan, Waypoint
+from robot_sim.floorplan.plan import Plan
 from robot_sim.floorplan.plan_ground import PlanGround
+from robot_sim.layout.route_planning import length
 from robot_sim.robot.mujoco_body import HEADROOM
 from robot_sim.scene_objects.blocks import Block, Shape
 from robot_sim.worlds.from_floorplan import plan_blocks
 from robot_sim.worlds.loading import load_plan
 from teleop.scenario.tour_driver import TourDriver
 from teleop.scene_clouds import scene_cloud_path
+from tests.robot_sim.driving import BLIND, state_of
+from tests.robot_sim.lines import dense
 
 MARGIN = 0.35
 """Between the circle in which the robot turns and everything it could bump into [m]."""
@@ -49,10 +51,6 @@ def load_scene_cloud(scene: str) -> Cloud:
 def plan_of(world: World) -> Plan:
     assert world.plan is not None
     return world.plan
-
-
-def length(line: tuple[Waypoint, ...]) -> float:
-    return float(np.linalg.norm(np.diff(np.array(line), axis=0), axis=1).sum())
 
 
 def gap(block: Block, points: FloatArray) -> FloatArray:
@@ -82,8 +80,7 @@ def test_scene_is_as_large_as_promised_and_has_places_to_name(scene: str) -> Non
 def test_corridor_is_seventy_metres_long_and_featureless() -> None:
     """From 8 m to 30 m along it, whatever the scanners see is the same."""
     world = world_of("corridor")
-    data = mujoco.MjData(world.model)
-    mujoco.mj_forward(world.model, data)
+    data = state_of(world.model)
     static = np.array([1, 0, 0, 0, 0, 0], dtype=np.uint8)
     hit = np.zeros(1, dtype=np.int32)
     profiles = []
@@ -111,9 +108,7 @@ def test_warehouse_repeats_itself() -> None:
 def test_courtyard_has_places_with_roll_and_pitch() -> None:
     world = world_of("courtyard")
     ground = PlanGround(plan_of(world))
-    tour = np.array(world.tour)
-    line = np.concatenate([np.linspace(a, b, 200) for a, b in pairwise(tour)])
-    assert ground.heights(line).max() > 0.5
+    assert ground.heights(dense(world.tour)).max() > 0.5
     assert world.places["terrace"].position[2] == pytest.approx(0.35)
     tilts = [math.hypot(*pose.euler[:2]) for pose in world.places.values()]
     assert max(tilts) > math.radians(3.0)
@@ -134,10 +129,7 @@ def test_glasshouse_is_walled_and_roofed_with_glass() -> None:
 def test_route_keeps_clear_of_everything(scene: str, route: str) -> None:
     plan = plan_of(world_of(scene))
     ground = PlanGround(plan)
-    corners = np.array(getattr(plan, route))
-    points = np.concatenate([
-        np.linspace(a, b, 2 + int(np.linalg.norm(b - a) / 0.05)) for a, b in pairwise(corners)
-    ])  # fmt: skip
+    points = dense(getattr(plan, route), 0.05)
     height = ground.heights(points)
     for block in plan_blocks(plan, ground):
         distances = np.where(block.bottom - height < HEADROOM, gap(block, points), np.inf)
@@ -159,8 +151,7 @@ def test_tour_leads_from_the_spawn_and_back(scene: str) -> None:
 def test_cloud_lies_on_the_scene(scene: str) -> None:
     """From a little before each point, against its normal, a ray meets something just there."""
     world, cloud = world_of(scene), load_scene_cloud(scene)
-    data = mujoco.MjData(world.model)
-    mujoco.mj_forward(world.model, data)
+    data = state_of(world.model)
     static = np.array([1, 0, 0, 0, 0, 0], dtype=np.uint8)
     hit = np.zeros(1, dtype=np.int32)
     before = 0.15
@@ -188,7 +179,7 @@ def test_cloud_covers_the_tour(scene: str) -> None:
 @pytest.mark.slow
 @pytest.mark.parametrize("scene", ["courtyard", "glasshouse"])  # the hilliest and the narrowest
 def test_tour_can_be_driven_without_touching_anything(scene: str) -> None:
-    simulation = Simulation(world_of(scene), config=SimulationConfig(scanners=()))
+    simulation = Simulation(world_of(scene), config=BLIND)
     driver = TourDriver(simulation.world.tour)
     while not driver.done:
         truth = simulation.truth()

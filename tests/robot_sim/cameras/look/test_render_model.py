@@ -15,6 +15,7 @@ from robot_sim.cameras.look.world_looks import BARE, OWN
 from robot_sim.cameras.renderer import CameraScene, camera_scene
 from robot_sim.worlds.loading import load_world
 from robot_sim.worlds.world import World, WorldOptions
+from tests.robot_sim.driving import state_of
 
 OWN_FILE = """
 <mujoco>
@@ -81,8 +82,7 @@ def test_a_corridor_is_drawn_in_few_meshes_under_a_sky_without_costly_effects() 
     assert (model.geom_group == FILMS).any()
     floor = load_world("corridor").bounds
     # Everything stands where it stood: the meshes span the floor.
-    data = mujoco.MjData(model)
-    mujoco.mj_kinematics(model, data)
+    data = state_of(model)
     reach = (
         data.geom_xpos[:, :2] + np.where(model.geom_bodyid == 0, model.geom_rbound, 0.0)[:, None]
     )
@@ -114,8 +114,7 @@ def test_a_mesh_of_ones_own_stands_where_it_stood(own: World) -> None:
     model = drawn(scene)
     where = []
     for each, geom in ((own.model, own.model.geom("shape").id), (model, None)):
-        data = mujoco.MjData(each)
-        mujoco.mj_kinematics(each, data)
+        data = state_of(each)
         if geom is None:
             # Ours are green in no other geom.
             geom = int(np.flatnonzero((each.geom_rgba == (0.0, 1.0, 0.0, 1.0)).all(axis=1))[0])
