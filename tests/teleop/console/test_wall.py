@@ -37,7 +37,7 @@ WAY = 0.06
 async def test_pictures_of_three_screens_meet_to_the_pixel_and_keys_drive_nothing(
     meets: Meets,
 ) -> None:
-    async with meets(query=THREE, scripts=[BUILDING]) as (robot, page, visit):
+    async with meets(query=THREE, scripts=[BUILDING], viewport=SIZE) as (robot, page, visit):
         await _shown(page)
         assert await page.get_by_role("button", name="Emergency stop").count() == 0
         await page.keyboard.down("w")
