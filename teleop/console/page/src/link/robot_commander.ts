@@ -2,7 +2,7 @@
 
 import { JOY_LAYOUT } from "../operating_data";
 import type { CameraCommands, PhotoAnswer, StepCommands, StepGoal, StepListener } from "../robot/robot_actions";
-import type { RobotCommands } from "../robot/robot_commands";
+import type { RobotCommands, Wish } from "../robot/robot_commands";
 import type { RobotState } from "../robot/robot_state";
 import type { Answer, HintPreview, PlanarPose } from "../values";
 import { linkTexts } from "../texts/link";
@@ -30,6 +30,17 @@ const JOY = "sensor_msgs/Joy";
 const TWIST = "geometry_msgs/Twist";
 const TWIST_STAMPED = "geometry_msgs/TwistStamped";
 const HINT = "geometry_msgs/PoseWithCovarianceStamped";
+
+const SERVICES: Record<Wish, string> = {
+  estop: "/teleop/estop",
+  resetEstop: "/teleop/estop_reset",
+  takeOver: "/teleop/take_over",
+  ask: "/teleop/ask",
+  give: "/teleop/give",
+  refuse: "/teleop/refuse",
+  undo: "/localization/undo",
+  find: "/localization/relocalize",
+};
 
 /** The robot waits up to 10 s for a picture, and as long for its disk [s]. */
 const PHOTO_PATIENCE = 25;
@@ -90,36 +101,8 @@ export class RobotCommander implements RobotCommands, StepCommands, CameraComman
     return preview.ok ? preview.value : undefined;
   }
 
-  estop(): Promise<Answer> {
-    return this.#parts.calls.trigger("/teleop/estop");
-  }
-
-  resetEstop(): Promise<Answer> {
-    return this.#parts.calls.trigger("/teleop/estop_reset");
-  }
-
-  takeOver(): Promise<Answer> {
-    return this.#parts.calls.trigger("/teleop/take_over");
-  }
-
-  askForControl(): Promise<Answer> {
-    return this.#parts.calls.trigger("/teleop/ask");
-  }
-
-  giveControl(): Promise<Answer> {
-    return this.#parts.calls.trigger("/teleop/give");
-  }
-
-  refuseControl(): Promise<Answer> {
-    return this.#parts.calls.trigger("/teleop/refuse");
-  }
-
-  undoHint(): Promise<Answer> {
-    return this.#parts.calls.trigger("/localization/undo");
-  }
-
-  findRobot(): Promise<Answer> {
-    return this.#parts.calls.trigger("/localization/relocalize");
+  request(wish: Wish): Promise<Answer> {
+    return this.#parts.calls.trigger(SERVICES[wish]);
   }
 
   step({ held = false, ...goal }: StepGoal, listener: StepListener): (() => void) | undefined {

@@ -156,10 +156,6 @@ export class Harness {
   }
 
   private commands(): RobotCommands {
-    const call = (name: string) => () => {
-      this.calls.push(name);
-      return this.answer();
-    };
     return {
       joy: (forward, turn, deadman, turbo) => {
         if (this.reachable) {
@@ -173,16 +169,12 @@ export class Harness {
         }
         return this.reachable;
       },
-      estop: call("estop"),
-      resetEstop: call("resetEstop"),
-      takeOver: call("takeOver"),
-      askForControl: call("ask"),
-      giveControl: call("give"),
-      refuseControl: call("refuse"),
+      request: (wish) => {
+        this.calls.push(wish);
+        return this.answer();
+      },
       hint: () => false,
       previewHint: () => Promise.resolve(undefined),
-      undoHint: call("undo"),
-      findRobot: call("find"),
       authenticate: () => undefined,
     };
   }

@@ -232,9 +232,9 @@ describe("finding the robot", () => {
   it("says what the robot answers, also if the call fails", async () => {
     await tool.find();
     expect(tool.view.value.result).toEqual({ kind: "search", answer: { success: true, message: "done" } });
-    commands.connected = false;
+    commands.answer = { success: false, message: "no link" };
     await tool.find();
-    expect(tool.view.value.result).toEqual({ kind: "search", answer: { success: false, message: "no link" } });
+    expect(tool.view.value.result).toEqual({ kind: "search", answer: commands.answer });
     await tool.undo();
     expect(tool.view.value.result).toMatchObject({ kind: "undo" });
   });
