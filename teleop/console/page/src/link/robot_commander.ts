@@ -5,13 +5,12 @@ import type { CameraCommands, PhotoAnswer, StepCommands, StepGoal, StepListener 
 import type { RobotCommands, Wish } from "../robot/robot_commands";
 import type { RobotState } from "../robot/robot_state";
 import type { Answer, HintPreview, PlanarPose } from "../values";
-import { linkTexts } from "../texts/link";
 import { ActionGoals, type GoalListener } from "./action_goals";
 import { canonicalType, readPreview } from "./message_checks/answers";
 import { check } from "./message_checks/field";
 import { readPhoto, readStepEnd, readStepProgress } from "./message_checks/step_messages";
 import type { RosbridgeClient } from "./rosbridge_client";
-import type { ServiceCalls } from "./service_calls";
+import { readReply, type ServiceCalls } from "./service_calls";
 
 /** What the commands need of the connection. */
 export interface CommandParts {
@@ -94,10 +93,7 @@ export class RobotCommander implements RobotCommands, StepCommands, CameraComman
   async previewHint(pose: PlanarPose): Promise<HintPreview | undefined> {
     const request = { pose: poseMessage(pose) };
     const reply = await this.#parts.calls.call("/localization/preview_hint", request, 3);
-    if (!reply.ok) {
-      return undefined;
-    }
-    const preview = check((values) => readPreview(values, pose), reply.values);
+    const preview = readReply(reply, (values) => readPreview(values, pose));
     return preview.ok ? preview.value : undefined;
   }
 
@@ -115,9 +111,8 @@ export class RobotCommander implements RobotCommands, StepCommands, CameraComman
         }
       },
       ended: (how) => {
-        const end = how.ok ? check(readStepEnd, how.values) : undefined;
-        const words = how.ok ? (end?.ok === false ? linkTexts.answers.unreadable(end.complaint) : "") : how.words;
-        listener.ended(end?.ok === true ? end.value : { outcome: "", message: words, distance: 0, angle: 0, duration: 0 });
+        const end = readReply(how, readStepEnd);
+        listener.ended(end.ok ? end.value : { outcome: "", message: end.words, distance: 0, angle: 0, duration: 0 });
       },
     });
   }
@@ -128,13 +123,8 @@ export class RobotCommander implements RobotCommands, StepCommands, CameraComman
   }
 
   async takePhoto(): Promise<PhotoAnswer> {
-    const reply = await this.#parts.calls.call("/camera/photo", {}, PHOTO_PATIENCE);
-    const answer = reply.ok ? check(readPhoto, reply.values) : undefined;
-    if (answer?.ok === true) {
-      return answer.value;
-    }
-    const message = reply.ok ? linkTexts.answers.unreadable(answer?.complaint ?? "") : reply.words;
-    return { success: false, message, name: "" };
+    const answer = readReply(await this.#parts.calls.call("/camera/photo", {}, PHOTO_PATIENCE), readPhoto);
+    return answer.ok ? answer.value : { success: false, message: answer.words, name: "" };
   }
 
   videoTicket(): Promise<Answer> {

@@ -36,7 +36,7 @@ function environment(): AlarmEnvironment {
     },
     sound: heard,
     vibrate: (pattern) => { vibrated.push(pattern); },
-    kept: { read: () => kept, write: (value) => { kept = value; } },
+    keeper: { getItem: () => kept, setItem: (_key, value) => { kept = value; } },
     onGesture: (callback) => { gesture = callback; return () => undefined; },
   };
 }
@@ -102,7 +102,7 @@ describe("the alarms of a robot", () => {
 
   it("are not heard when muted, and the choice is kept", () => {
     alarms.muted.value = true;
-    expect(kept).toBe("muted");
+    expect(kept).toBe("true");
     report(500, { estop: true });
     expect(kinds()).toEqual(["estop"]);
     expect(heard.played).toEqual([]);

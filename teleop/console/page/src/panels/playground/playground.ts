@@ -1,8 +1,9 @@
 /** What the playground asks of the simulation. */
 
 import { signal } from "@preact/signals";
-import { check, type Field } from "../../link/message_checks/field";
+import type { Field } from "../../link/message_checks/field";
 import type { RobotWire } from "../../link/robot_wire";
+import { readReply } from "../../link/service_calls";
 import { playgroundTexts as texts } from "../../texts/playground";
 import type { PlanarPose } from "../../values";
 
@@ -83,12 +84,11 @@ export class Playground {
   }
 
   private async ask<T>(service: string, request: object, read: (values: Field) => T): Promise<T | undefined> {
-    const reply = await this.wire.call(`/playground/${service}`, request);
-    const answer = reply.ok ? check(read, reply.values) : undefined;
-    if (answer?.ok === true) {
+    const answer = readReply(await this.wire.call(`/playground/${service}`, request), read);
+    if (answer.ok) {
       return answer.value;
     }
-    this.outcome.value = texts.refused(reply.ok ? answer?.complaint ?? "" : reply.words);
+    this.outcome.value = texts.refused(answer.words);
     return undefined;
   }
 }
