@@ -5,7 +5,7 @@ import type { RobotCommands } from "../robot/robot_commands";
 import type { RobotState } from "../robot/robot_state";
 import type { PlanarPose, Pose } from "../values";
 import { watchPointer, type FloorPoint } from "../scene/floor_pointer";
-import { planar } from "./hint_geometry";
+import { planar } from "../scene/geometry";
 import { watchKeys } from "./hint_key_watch";
 import { hintKey } from "./hint_keys";
 import { HintPreviews, type PreviewClock } from "./hint_previews";
