@@ -3,11 +3,8 @@ import { Alarms, type AlarmEnvironment } from "../../src/alarms/alarms";
 import { AlarmSound } from "../../src/alarms/alarm_sound";
 import { unknownState, type RobotState } from "../../src/robot/robot_state";
 import type { ControlState, LocalizationStatus, Severity } from "../../src/values";
+import { CONTROL } from "../driving/harness";
 
-const CONTROL: ControlState = {
-  stamp: 1, state: "idle", reason: "", controller: "", armed: false, estop: false, commandAge: 0,
-  linear: 0, angular: 0, linkAge: 0, slowAbove: 0.5, refuseAbove: 1, asking: 0, askingName: "", guard: "free", guardReason: "", guardOffBy: "",
-};
 const STATUS: LocalizationStatus = { stamp: 1, health: "tracking", reasons: [], fit: 1, positionSigma: 0.01, headingSigma: 0.01 };
 
 /** A sound that writes down what was played. */

@@ -1,17 +1,11 @@
-import { afterEach, beforeEach, describe, expect, it, vi } from "vitest";
+import { afterEach, beforeEach, describe, expect, it } from "vitest";
 import { turnsOf } from "../../src/driving/turn_taking";
 import { CONTROL, Harness, ME, OTHER, SESSION } from "./harness";
 
 let page: Harness;
 
-beforeEach(() => {
-  vi.useFakeTimers();
-  page = new Harness();
-});
-afterEach(() => {
-  page.dispose();
-  vi.useRealTimers();
-});
+beforeEach(() => { page = new Harness(); });
+afterEach(() => { page.dispose(); });
 
 const LATCHED = { estop: true, state: "estop", armed: false, controller: "", reason: `e-stop by ${ME}` } as const;
 

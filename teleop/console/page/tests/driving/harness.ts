@@ -37,7 +37,7 @@ export interface FakePad {
   buttons: { pressed: boolean; value: number }[];
 }
 
-/** Everything that a test of driving needs. */
+/** Everything that a test of driving needs; the clock is its own until it is disposed of. */
 export class Harness {
   readonly state: RobotState = unknownState();
   readonly joys: SentJoy[] = [];
@@ -58,6 +58,7 @@ export class Harness {
   private readonly timer: ReturnType<typeof setInterval>;
 
   constructor(dialect: "farsteer" | "plain" = "farsteer") {
+    vi.useFakeTimers();
     document.body.replaceChildren();
     localStorage.clear();
     Object.defineProperty(document, "visibilityState", { configurable: true, get: () => this.visibility });
@@ -79,6 +80,7 @@ export class Harness {
   dispose(): void {
     clearInterval(this.timer);
     this.driving.dispose();
+    vi.useRealTimers();
   }
 
   /** Let time pass [ms]. */
