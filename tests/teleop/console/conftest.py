@@ -172,7 +172,7 @@ class Meets(Protocol):
 
         Args:
             world: The robot's world; the office by default.
-            placed: Whether the robot is told where it is, and waited for until it has been drawn there.
+            placed: Whether the robot is given its place, and waited for until it has been drawn there.
             query: What follows the page's address.
             robot: Further arguments of ``paced_robot``.
             page: Arguments of ``page_of``.
