@@ -18,9 +18,10 @@ from typing import Final
 
 from playwright.async_api import Browser, CDPSession, Page
 
-from tests.teleop.console.conftest import FLAGS, PATIENCE, chromium
+from tests.teleop.console.conftest import FLAGS, chromium
 from tests.teleop.console.hands import hold_until, key, pad, plug
 from tests.teleop.console.paced_robot import TICK, PacedRobot
+from tests.teleop.support import PATIENCE
 
 LIMIT: Final = 0.5 + TICK
 """Time from the last command to the zero that the watchdog allows [s]."""

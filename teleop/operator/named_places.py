@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import tomllib
-from collections.abc import Mapping
 from pathlib import Path
 from typing import Final
 
@@ -46,8 +45,3 @@ def _pose(name: str, value: object, path: Path) -> Pose:
     if len(numbers) != 3 or not all(isinstance(n, int | float) and np.isfinite(n) for n in numbers):
         raise SettingError(f"{path}: place {name} must be [x, y, heading], such as {_EXAMPLE}")
     return pose_of([float(n) for n in numbers])
-
-
-def sorted_names(places: Mapping[str, Pose]) -> list[str]:
-    """Return the names in the order of the menu."""
-    return sorted(places)

@@ -13,9 +13,9 @@ from playwright.async_api import Browser, Page
 
 from robot_sim import load_world
 from teleop.scene_clouds import load_scene_cloud
-from tests.teleop.console.conftest import PATIENCE
 from tests.teleop.console.hands import GAMEPAD, says, seen
 from tests.teleop.console.paced_robot import PacedRobot, paced_robot
+from tests.teleop.support import PATIENCE
 
 DESKTOP: Final[dict[str, Any]] = {"viewport": {"width": 1280, "height": 760}}
 TABLET: Final[dict[str, Any]] = {"viewport": {"width": 820, "height": 1180}, "has_touch": True}

@@ -9,7 +9,7 @@ from typing import Final
 import numpy as np
 
 from localization.types import Pose
-from teleop.operator.named_places import pose_of, sorted_names
+from teleop.operator.named_places import pose_of
 
 _LONGEST: Final = 60
 """Number of characters that can be typed."""
@@ -36,7 +36,7 @@ class HintPrompt:
         if not self.places:
             ask = "hint: x [m], y [m], heading [deg], for example 23.5 3.4 -170"
             return (f"{ask}   (enter sends, esc cancels)", f"> {self.text}_  {self.problem}")
-        names = [f"{i} {name}" for i, name in enumerate(sorted_names(self.places), start=1)]
+        names = [f"{i} {name}" for i, name in enumerate(sorted(self.places), start=1)]
         wide = max(len(name) for name in names) + 2
         row = max(1, 78 // wide)
         menu = [
@@ -65,7 +65,7 @@ class HintPrompt:
         try:
             if self.places:
                 (word,) = words
-                names = sorted_names(self.places)
+                names = sorted(self.places)
                 index = int(word)
                 if not 1 <= index <= len(names):
                     raise ValueError

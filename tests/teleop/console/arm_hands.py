@@ -13,8 +13,7 @@ from playwright.async_api import Page
 from robot_sim import World
 from robot_sim.worlds.loading import parse_world
 from robot_sim.worlds.world import WorldOptions
-from tests.teleop.console.conftest import PATIENCE
-from tests.teleop.support import ROOT
+from tests.teleop.support import PATIENCE, ROOT
 
 PANEL = ".panel-arm"
 REASON = ".arm-reason"

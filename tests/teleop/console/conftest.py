@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
-import asyncio
 import shutil
-from collections.abc import AsyncIterator, Callable, Sequence
+import subprocess
+import sys
+from collections.abc import AsyncIterator, Callable, Mapping, Sequence
 from contextlib import AbstractAsyncContextManager, asynccontextmanager
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Any, Final, Protocol, TypeAlias
+from types import MappingProxyType
+from typing import Any, Final, NamedTuple, Protocol, TypeAlias
 from urllib.parse import urlsplit
 
 import pytest
@@ -16,10 +18,12 @@ from playwright.async_api import Browser, ConsoleMessage, Page, Playwright, asyn
 
 from localization.maps.cloud import Cloud
 from robot_sim import World
-from teleop.robot.serve import serve
 from teleop.robot.serving.address import Address
 from teleop.robot.serving.serve_config import ServeConfig
 from teleop.scene_clouds import scene_cloud_path
+from tests.teleop.console.hands import seen
+from tests.teleop.console.paced_robot import PacedRobot, paced_robot
+from tests.teleop.support import PATIENCE, ROOT, real_time
 
 FLAGS: Final = ("--enable-unsafe-swiftshader", "--no-sandbox", "--disable-dev-shm-usage")
 """WebGL without a graphics card; tests run as root, in containers with little shared memory."""
@@ -28,9 +32,15 @@ try { localStorage.setItem('farsteer.shown', JSON.stringify({ oldSweeps: false, 
   localStorage.setItem('farsteer.guide-closed', 'true'); } catch {}
 """
 """A person who has been here before, and has switched off what takes time to draw without a graphics card."""
-PATIENCE: Final = 60.0
-"""For anything that must come at all [s]; a loaded machine is no failure."""
+VIEWPORT: Final = {"width": 1120, "height": 600}
 DEFAULT: Final = ServeConfig()
+
+
+@pytest.fixture(scope="session")
+def page_tools() -> None:
+    """Fetch the page's test programs, axe-core and iwer among them, unless they are there."""
+    command = (sys.executable, ROOT / "tools/build-console", "--fetch-node", "--dev")
+    subprocess.run(command, check=True, capture_output=True)
 
 
 @dataclass
@@ -128,32 +138,70 @@ class Served(Protocol):
 def served(office: World, office_cloud: Cloud, cache: Path) -> Served:
     """Return a function that serves a robot: ``async with served(config) as address``."""
 
-    @asynccontextmanager
-    async def serving(
+    def serving(
         config: ServeConfig = DEFAULT, *, lockstep: bool = True
-    ) -> AsyncIterator[Address]:
-        ready: asyncio.Future[Address] = asyncio.get_running_loop().create_future()
-        stop = asyncio.Event()
-        running = asyncio.create_task(
-            serve(
-                office,
-                office_cloud,
-                replace(config, port=0, lockstep=lockstep),
-                cache=cache,
-                map_file=scene_cloud_path("office"),
-                ready=ready.set_result,
-                stop=stop,
-            )
-        )
-        try:
-            first: set[asyncio.Future[Any]] = {ready, running}
-            await asyncio.wait(first, timeout=PATIENCE, return_when=asyncio.FIRST_COMPLETED)
-            yield ready.result()
-        finally:
-            stop.set()
-            await running
+    ) -> AbstractAsyncContextManager[Address]:
+        config = replace(config, port=0, lockstep=lockstep)
+        map_file = scene_cloud_path("office")
+        return real_time(office, office_cloud, cache, config, map_file=map_file)
 
     return serving
+
+
+class Met(NamedTuple):
+    """A robot that knows where it is, and somebody's page of it."""
+
+    robot: PacedRobot
+    page: Page
+    visit: Visit
+
+
+class Meets(Protocol):
+    """Opens the page of a paced robot."""
+
+    def __call__(
+        self,
+        world: World = ...,
+        *,
+        placed: bool = True,
+        query: str = "",
+        robot: Mapping[str, Any] = ...,
+        **page: Any,
+    ) -> AbstractAsyncContextManager[Met]:
+        """Serve a robot and open its page.
+
+        Args:
+            world: The robot's world; the office by default.
+            placed: Whether the robot is given its place, and waited for until it has been drawn there.
+            query: What follows the page's address.
+            robot: Further arguments of ``paced_robot``.
+            page: Arguments of ``page_of``.
+        """
+
+
+@pytest.fixture
+def meets(office: World, office_cloud: Cloud, cache: Path) -> Meets:
+    """Return a function that serves a robot with its page: ``async with meets() as (robot, page, visit)``."""
+
+    @asynccontextmanager
+    async def meeting(
+        world: World = office,
+        *,
+        placed: bool = True,
+        query: str = "",
+        robot: Mapping[str, Any] = MappingProxyType({}),
+        **page: Any,
+    ) -> AsyncIterator[Met]:
+        async with (
+            paced_robot(world, office_cloud, cache, **robot) as served,
+            _page_of(f"{served.page}{query}", **{"viewport": VIEWPORT} | page) as visit,
+        ):
+            if placed:
+                served.place()
+                await seen(visit.page)
+            yield Met(served, visit.page, visit)
+
+    return meeting
 
 
 def page_address(robot: Address) -> str:

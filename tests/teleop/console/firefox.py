@@ -16,7 +16,7 @@ from typing import Any, Final
 import pytest
 from websockets.asyncio.client import ClientConnection, connect
 
-from tests.teleop.console.conftest import PATIENCE
+from tests.teleop.support import PATIENCE
 
 PREFERENCES: Final = {
     # WebGL without a graphics card, in software.

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import inspect
 import re
 from collections.abc import Awaitable, Callable
 from typing import Any, Final
@@ -11,7 +12,7 @@ import numpy as np
 import pytest
 from playwright.async_api import Page, TimeoutError as PlaywrightTimeout
 
-from tests.teleop.console.conftest import PATIENCE
+from tests.teleop.support import PATIENCE
 
 SEEN: Final = "performance.getEntriesByName('farsteer: robot seen').length"
 """Whether the robot has been drawn in its map."""
@@ -49,12 +50,20 @@ async def says(page: Page, text: str | re.Pattern[str], *, within: str = "body")
         pytest.fail(f"waited in vain for {text!r}; the page says:\n{said}")
 
 
+async def until(true: Callable[[], object], what: str) -> None:
+    """Wait until something is true of robot or page, which have no events for it; ``true`` may be awaitable."""
+    try:
+        async with asyncio.timeout(PATIENCE):
+            while not (await now if inspect.isawaitable(now := true()) else now):  # noqa: ASYNC110
+                await asyncio.sleep(0.05)
+    except TimeoutError:
+        pytest.fail(f"waited in vain: {what}")
+
+
 async def seen(page: Page) -> None:
     """Wait until the robot has been drawn in its map."""
     # The page's policy forbids what Playwright's own waiting for a condition would do.
-    async with asyncio.timeout(PATIENCE):
-        while not await page.evaluate(SEEN):  # noqa: ASYNC110 - a page has no event of ours
-            await asyncio.sleep(0.1)
+    await until(lambda: page.evaluate(SEEN), "that the robot is drawn")
 
 
 async def press(page: Page, name: str) -> None:

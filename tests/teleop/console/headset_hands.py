@@ -9,8 +9,7 @@ from typing import Any, Final
 import pytest
 from playwright.async_api import Page
 
-from tests.teleop.console.conftest import PATIENCE
-from tests.teleop.support import ROOT
+from tests.teleop.support import PATIENCE, ROOT
 
 IWER: Final = ROOT / "teleop/console/page/node_modules/iwer/build/iwer.min.js"
 DEVICE: Final = """

@@ -175,18 +175,27 @@ async def paced_robot(
         proxy.port = listener.sockets[0].getsockname()[1]
         paced = PacedRobot(simulation, service, proxy)
         service.stepped.observers = (paced.observe,)
-        pacing = asyncio.create_task(pace(server.url, stepper))
         try:
-            yield paced
+            async with at_the_pace_of_the_clock(server.url, stepper):
+                yield paced
         finally:
-            pacing.cancel()
-            with contextlib.suppress(asyncio.CancelledError):
-                await pacing
             listener.close()
             proxy.restore()
 
 
-async def pace(url: str, token: str = "") -> None:
+@asynccontextmanager
+async def at_the_pace_of_the_clock(url: str, token: str = "") -> AsyncIterator[None]:
+    """Step a robot in lockstep as time passes."""
+    pacing = asyncio.create_task(_pace(url, token))
+    try:
+        yield
+    finally:
+        pacing.cancel()
+        with contextlib.suppress(asyncio.CancelledError):
+            await pacing
+
+
+async def _pace(url: str, token: str) -> None:
     """Step the robot a tick each 20 ms; time that was lost is lost."""
     headers = {"Authorization": f"Bearer {token}"} if token else {}
     async with connect(

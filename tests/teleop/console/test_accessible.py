@@ -2,26 +2,23 @@
 
 from __future__ import annotations
 
-import subprocess
-import sys
-from pathlib import Path
 from typing import Any, Final
 
 import pytest
 from playwright.async_api import Page
 
-from localization.maps.cloud import Cloud
-from robot_sim import World
-from tests.teleop.console.conftest import Pages
-from tests.teleop.console.hands import press, says, seen
-from tests.teleop.console.paced_robot import paced_robot
+from tests.teleop.console.conftest import Meets
+from tests.teleop.console.hands import press, says
 from tests.teleop.support import ROOT, in_a_loop
 
-pytestmark = [pytest.mark.process, pytest.mark.slow, pytest.mark.untraced]
+pytestmark = [
+    pytest.mark.process,
+    pytest.mark.slow,
+    pytest.mark.untraced,
+    pytest.mark.usefixtures("page_tools"),
+]
 
 AXE: Final = ROOT / "teleop/console/page/node_modules/axe-core/axe.min.js"
-FETCH: Final = (sys.executable, str(ROOT / "tools/build-console"), "--fetch-node", "--dev")
-"""Fetches the page's test programs, axe-core among them, unless they are there."""
 SIZE: Final = {"width": 1280, "height": 720}
 CONTROLS: Final = (
     "a[href], button, input, select, summary, textarea, [tabindex]:not([tabindex='-1'])"
@@ -50,11 +47,6 @@ MISSED: Final = """controls => [...document.querySelectorAll(controls)]
   .map(element => element.outerHTML.slice(0, 120))"""
 
 
-@pytest.fixture(scope="module", autouse=True)
-def axe() -> None:
-    subprocess.run(FETCH, check=True, capture_output=True)
-
-
 async def findings(page: Page) -> list[str]:
     """Return what axe-core has to say, with the elements."""
     devtools = await page.context.new_cdp_session(page)
@@ -73,18 +65,9 @@ async def findings(page: Page) -> list[str]:
 
 @pytest.mark.long
 @in_a_loop
-async def test_axe_finds_nothing_in_any_situation(
-    page_of: Pages, office: World, office_cloud: Cloud, cache: Path
-) -> None:
+async def test_axe_finds_nothing_in_any_situation(meets: Meets) -> None:
     found: dict[str, list[str]] = {}
-    async with (
-        paced_robot(office, office_cloud, cache) as robot,
-        page_of(robot.page, viewport=SIZE) as visit,
-    ):
-        robot.place()
-        page = visit.page
-        await says(page, "Knows where it is")
-        await seen(page)
+    async with meets(viewport=SIZE) as (_robot, page, _visit):
         await page.evaluate("document.querySelectorAll('details').forEach(one => one.open = true)")
         found["normal"] = await findings(page)
         await press(page, "Show where it is")
@@ -113,17 +96,9 @@ async def test_axe_finds_nothing_in_any_situation(
 
 @pytest.mark.long
 @in_a_loop
-async def test_every_control_is_reached_by_tab_and_shows_the_focus(
-    page_of: Pages, office: World, office_cloud: Cloud, cache: Path
-) -> None:
-    async with (
-        paced_robot(office, office_cloud, cache) as robot,
-        page_of(robot.page, viewport=SIZE) as visit,
-    ):
-        # A robot without a pose offers a button for each place it may be at, whenever it finds one.
-        robot.place()
-        page = visit.page
-        await says(page, "Knows where it is")
+async def test_every_control_is_reached_by_tab_and_shows_the_focus(meets: Meets) -> None:
+    async with meets(viewport=SIZE) as (_robot, page, _visit):
+        # A robot without a pose would offer a button for each place it may be at, whenever it finds one.
         await page.evaluate("document.querySelectorAll('details').forEach(one => one.open = true)")
         for _ in range(200):
             await page.keyboard.press("Tab")

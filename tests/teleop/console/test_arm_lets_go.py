@@ -3,15 +3,12 @@
 from __future__ import annotations
 
 import asyncio
-from collections.abc import Callable
-from pathlib import Path
 
 import numpy as np
 import pytest
 from playwright.async_api import Page
 
 from benchmarks.console.losses import HIDE
-from localization.maps.cloud import Cloud
 from robot_sim import World
 from tests.teleop.console.arm_hands import (
     PANEL,
@@ -22,14 +19,12 @@ from tests.teleop.console.arm_hands import (
     standing,
     tip,
 )
-from tests.teleop.console.conftest import PATIENCE, Pages
-from tests.teleop.console.hands import GAMEPAD, pad, plug, press, says, seen
-from tests.teleop.console.paced_robot import PacedRobot, paced_robot
-from tests.teleop.console.test_accessible import CONTROLS, LOOK, MISSED, axe, findings
+from tests.teleop.console.conftest import Meets, Pages
+from tests.teleop.console.hands import GAMEPAD, pad, plug, press, says, until
+from tests.teleop.console.paced_robot import PacedRobot
+from tests.teleop.console.test_accessible import CONTROLS, LOOK, MISSED, findings
 from tests.teleop.console.test_losing_it import BUSY
-from tests.teleop.support import in_a_loop
-
-__all__ = ["axe"]
+from tests.teleop.support import PATIENCE, in_a_loop
 
 pytestmark = [pytest.mark.process, pytest.mark.slow, pytest.mark.untraced]
 
@@ -49,16 +44,6 @@ def rates(robot: PacedRobot) -> float:
     return float(np.abs(robot.simulation.arm.reading.rates).max())
 
 
-async def until(true: Callable[[], bool], what: str) -> None:
-    """Wait for the robot."""
-    try:
-        async with asyncio.timeout(PATIENCE):
-            while not true():  # noqa: ASYNC110 - the robot has no event for it
-                await asyncio.sleep(0.02)
-    except TimeoutError:
-        pytest.fail(f"waited in vain: {what}")
-
-
 async def held_key_moves(page: Page, robot: PacedRobot) -> None:
     """Hold a key of the arm until it moves, pressing again where a loaded machine made the page let go."""
     async with asyncio.timeout(PATIENCE):
@@ -75,16 +60,9 @@ async def held_key_moves(page: Page, robot: PacedRobot) -> None:
 @pytest.mark.long
 @in_a_loop
 async def test_arm_stands_when_the_person_is_gone_and_does_not_move_on(
-    page_of: Pages, armed: World, office_cloud: Cloud, cache: Path
+    meets: Meets, armed: World
 ) -> None:
-    async with (
-        paced_robot(armed, office_cloud, cache) as robot,
-        page_of(robot.page, viewport=SIZE) as visit,
-    ):
-        robot.place()
-        page = visit.page
-        await says(page, "Knows where it is")
-        await seen(page)
+    async with meets(armed, viewport=SIZE) as (robot, page, visit):
         await choose_arm(page)
         ways = {
             "tab was hidden": (f"({HIDE})(true)", f"({HIDE})(false)"),
@@ -122,17 +100,15 @@ async def test_arm_stands_when_the_person_is_gone_and_does_not_move_on(
 @pytest.mark.long
 @in_a_loop
 async def test_arm_is_moved_by_who_drives_and_others_see_why_not(
-    page_of: Pages, armed: World, office_cloud: Cloud, cache: Path
+    meets: Meets, page_of: Pages, armed: World
 ) -> None:
     async with (
-        paced_robot(armed, office_cloud, cache) as robot,
-        page_of(robot.page, viewport=SIZE) as first,
+        meets(armed, placed=False, viewport=SIZE) as (robot, _page, first),
         page_of(robot.page, viewport=SIZE) as second,
     ):
-        await says(first.page, "Ready", within=WHEELS)
-        await says(second.page, "Ready", within=WHEELS)
-        await choose_arm(first.page)
-        await choose_arm(second.page)
+        for one in (first, second):
+            await says(one.page, "Ready", within=WHEELS)
+            await choose_arm(one.page)
         await first.page.get_by_role("button", name="Pose “floor”").click()
         await says(first.page, "hold the button to move", within=PANEL)
         await says(second.page, "drives", within=WHEELS)
@@ -148,13 +124,9 @@ async def test_arm_is_moved_by_who_drives_and_others_see_why_not(
 @pytest.mark.long
 @in_a_loop
 async def test_gamepad_moves_the_arm_and_no_wheel_until_it_is_switched(
-    page_of: Pages, armed: World, office_cloud: Cloud, cache: Path
+    meets: Meets, armed: World
 ) -> None:
-    async with (
-        paced_robot(armed, office_cloud, cache) as robot,
-        page_of(robot.page, scripts=[GAMEPAD], viewport=SIZE) as visit,
-    ):
-        page = visit.page
+    async with meets(armed, placed=False, scripts=[GAMEPAD], viewport=SIZE) as (robot, page, visit):
         await says(page, "Ready", within=WHEELS)
         await choose_arm(page)
         await plug(page)
@@ -176,17 +148,10 @@ async def test_gamepad_moves_the_arm_and_no_wheel_until_it_is_switched(
 
 
 @pytest.mark.long
+@pytest.mark.usefixtures("page_tools")
 @in_a_loop
-async def test_axe_finds_nothing_and_tab_reaches_all_of_the_arm(
-    page_of: Pages, armed: World, office_cloud: Cloud, cache: Path
-) -> None:
-    async with (
-        paced_robot(armed, office_cloud, cache) as robot,
-        page_of(robot.page, viewport=SIZE) as visit,
-    ):
-        robot.place()
-        page = visit.page
-        await says(page, "Knows where it is")
+async def test_axe_finds_nothing_and_tab_reaches_all_of_the_arm(meets: Meets, armed: World) -> None:
+    async with meets(armed, viewport=SIZE) as (_robot, page, _visit):
         await choose_arm(page)
         await page.evaluate("document.querySelectorAll('details').forEach(one => one.open = true)")
         await press(page, "Keep this position")
@@ -208,22 +173,17 @@ async def test_axe_finds_nothing_and_tab_reaches_all_of_the_arm(
 @pytest.mark.long
 @in_a_loop
 async def test_page_of_a_robot_without_an_arm_fetches_and_shows_nothing_of_it(
-    page_of: Pages, office: World, armed: World, office_cloud: Cloud, cache: Path
+    meets: Meets, office: World, armed: World
 ) -> None:
     fetched = []
     for world in (office, armed):
-        async with (
-            paced_robot(world, office_cloud, cache) as robot,
-            page_of(robot.page, viewport=SIZE) as visit,
-        ):
-            robot.place()
-            await says(visit.page, "Knows where it is")
+        async with meets(world, viewport=SIZE) as (_robot, page, visit):
             if world is armed:
-                await choose_arm(visit.page)
-                await visit.page.locator(".arm-choice", has_text="The ghost").wait_for()
+                await choose_arm(page)
+                await page.locator(".arm-choice", has_text="The ghost").wait_for()
             fetched.append(
                 {p.rsplit("/", 1)[1].split("-")[0] for p in visit.paths if "/parts/" in p}
             )
-            assert (await visit.page.locator(PANEL).count() > 0) == (world is armed)
+            assert (await page.locator(PANEL).count() > 0) == (world is armed)
     assert fetched[1] - fetched[0] >= {"arm"}
     assert not fetched[0] & {"arm", "TransformControls"}

@@ -4,13 +4,11 @@ from __future__ import annotations
 
 import asyncio
 import contextlib
-from pathlib import Path
 
 import numpy as np
 import pytest
 from playwright.async_api import TimeoutError as PlaywrightTimeout
 
-from localization.maps.cloud import Cloud
 from tests.teleop.console.arm_hands import (
     PANEL,
     REASON,
@@ -24,10 +22,10 @@ from tests.teleop.console.arm_hands import (
     standing,
     tip,
 )
-from tests.teleop.console.conftest import PATIENCE, Pages
-from tests.teleop.console.hands import press, says, seen
-from tests.teleop.console.paced_robot import PacedRobot, paced_robot
-from tests.teleop.support import in_a_loop
+from tests.teleop.console.conftest import Meets
+from tests.teleop.console.hands import press, says
+from tests.teleop.console.paced_robot import PacedRobot
+from tests.teleop.support import PATIENCE, in_a_loop
 
 pytestmark = [pytest.mark.process, pytest.mark.slow, pytest.mark.untraced]
 
@@ -45,18 +43,9 @@ def height(robot: PacedRobot) -> float:
 
 @pytest.mark.long
 @in_a_loop
-async def test_newcomer_picks_a_box_up_by_mouse_and_keys_within_two_minutes(
-    page_of: Pages, office_cloud: Cloud, cache: Path
-) -> None:
+async def test_newcomer_picks_a_box_up_by_mouse_and_keys_within_two_minutes(meets: Meets) -> None:
     world = office_with_parcel(AHEAD, LEFT)
-    async with (
-        paced_robot(world, office_cloud, cache) as robot,
-        page_of(robot.page, viewport=SIZE) as visit,
-    ):
-        robot.place()
-        page = visit.page
-        await says(page, "Knows where it is")
-        await seen(page)
+    async with meets(world, viewport=SIZE) as (robot, page, visit):
         on_the_floor, began = height(robot), len(robot.ticks)
         await choose_arm(page)
         await page.get_by_role("button", name="Open", exact=True).click()
@@ -83,16 +72,9 @@ async def test_newcomer_picks_a_box_up_by_mouse_and_keys_within_two_minutes(
 @pytest.mark.long
 @in_a_loop
 async def test_ghost_is_gone_to_positions_are_repeated_and_the_way_out_is_taken(
-    page_of: Pages, office_cloud: Cloud, cache: Path
+    meets: Meets,
 ) -> None:
-    async with (
-        paced_robot(office_with_parcel(AHEAD, LEFT), office_cloud, cache) as robot,
-        page_of(robot.page, viewport=SIZE) as visit,
-    ):
-        robot.place()
-        page = visit.page
-        await says(page, "Knows where it is")
-        await seen(page)
+    async with meets(office_with_parcel(AHEAD, LEFT), viewport=SIZE) as (_robot, page, visit):
         await choose_arm(page)
         await page.locator("summary", has_text="Teach").click()
         await press(page, "Keep this position")

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import asyncio
-import contextlib
 import re
 from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager
@@ -14,9 +13,9 @@ from playwright.async_api import Page
 
 from teleop.robot.serving.address import Address
 from teleop.robot.serving.serve_config import ServeConfig
-from tests.teleop.console.conftest import PATIENCE, Pages, Served, Visit, page_address
-from tests.teleop.console.hands import press, says
-from tests.teleop.console.paced_robot import pace
+from tests.teleop.console.conftest import Pages, Served, Visit, page_address
+from tests.teleop.console.hands import press, says, until
+from tests.teleop.console.paced_robot import at_the_pace_of_the_clock
 from tests.teleop.support import in_a_loop
 
 pytestmark = [pytest.mark.process, pytest.mark.slow]
@@ -25,16 +24,11 @@ STEPS = ".steps-status"
 
 
 @asynccontextmanager
-async def robot_with_camera(served: Served, photos: Path) -> AsyncIterator[Address]:
-    """Serve a robot with the smallest camera, in simulated time at the pace of the clock."""
-    async with served(ServeConfig(camera="small", photos=photos)) as robot:
-        pacing = asyncio.create_task(pace(robot.url))
-        try:
-            yield robot
-        finally:
-            pacing.cancel()
-            with contextlib.suppress(asyncio.CancelledError):
-                await pacing
+async def robot_with_camera(served: Served, folder: Path) -> AsyncIterator[Address]:
+    """Serve a robot with the smallest camera, at the pace of the clock; a folder takes its runs and ``photos``."""
+    config = ServeConfig(camera="small", photos=folder / "photos", runs=folder)
+    async with served(config) as robot, at_the_pace_of_the_clock(robot.url):
+        yield robot
 
 
 def streams(visit: Visit) -> list[str]:
@@ -55,7 +49,7 @@ async def test_person_watches_the_camera_drives_a_step_and_takes_a_photograph(
     page_of: Pages, served: Served, tmp_path: Path
 ) -> None:
     async with (
-        robot_with_camera(served, tmp_path / "photos") as robot,
+        robot_with_camera(served, tmp_path) as robot,
         page_of(page_address(robot), viewport={"width": 900, "height": 600}) as visit,
     ):
         page = visit.page
@@ -64,11 +58,12 @@ async def test_person_watches_the_camera_drives_a_step_and_takes_a_photograph(
         picture = page.get_by_alt_text("Camera: p3at")
         await picture.wait_for()  # shown until a person chooses otherwise
         await choice.select_option("p3at")
-        async with asyncio.timeout(PATIENCE):
-            while await picture.evaluate("shown => shown.naturalWidth") == 0:  # noqa: ASYNC110
-                await asyncio.sleep(0.1)
-            while await age(page) >= 2.0:  # noqa: ASYNC110 - a page has no event of ours
-                await asyncio.sleep(0.1)
+        await until(lambda: picture.evaluate("shown => shown.naturalWidth"), "a picture")
+
+        async def fresh() -> bool:
+            return await age(page) < 2.0
+
+        await until(fresh, "a picture of the present")
 
         await page.locator("summary", has_text="Steps").click()
         await page.get_by_label("Distance").first.fill("0,2")

@@ -4,16 +4,13 @@ from __future__ import annotations
 
 import asyncio
 from collections.abc import Callable
-from pathlib import Path
 
 import numpy as np
 import pytest
 from playwright.async_api import Page
 
-from localization.maps.cloud import Cloud
-from robot_sim import World
-from tests.teleop.console.conftest import PATIENCE, Pages
-from tests.teleop.console.hands import hold_until, press, says, seen
+from tests.teleop.console.conftest import Meets
+from tests.teleop.console.hands import hold_until, press, says, until
 from tests.teleop.console.headset_hands import (
     FRAME,
     aim_at_floor,
@@ -24,9 +21,8 @@ from tests.teleop.console.headset_hands import (
     press_key,
     worn,
 )
-from tests.teleop.console.paced_robot import PacedRobot, paced_robot
-from tests.teleop.console.test_whole_way import until
-from tests.teleop.support import in_a_loop
+from tests.teleop.console.paced_robot import PacedRobot
+from tests.teleop.support import PATIENCE, in_a_loop
 
 pytestmark = [pytest.mark.process, pytest.mark.slow]
 
@@ -60,15 +56,9 @@ def _from(robot: PacedRobot, place: np.ndarray) -> float:
 @pytest.mark.long
 @in_a_loop
 async def test_robot_drives_to_the_place_while_the_button_is_held_and_stops_when_it_is_let_go(
-    page_of: Pages, office: World, office_cloud: Cloud, cache: Path
+    meets: Meets,
 ) -> None:
-    async with (
-        paced_robot(office, office_cloud, cache) as robot,
-        page_of(robot.page, viewport={"width": 1000, "height": 700}) as visit,
-    ):
-        page = visit.page
-        robot.place()
-        await seen(page)
+    async with meets(viewport={"width": 1000, "height": 700}) as (robot, page, visit):
         await page.locator("summary", has_text="Steps").click()
         await press(page, "Drive there")
         button = page.get_by_role("button", name="Hold to drive there")
@@ -99,18 +89,16 @@ async def test_robot_drives_to_the_place_while_the_button_is_held_and_stops_when
 
 
 @pytest.mark.long
+@pytest.mark.usefixtures("page_tools")
 @in_a_loop
 async def test_in_a_headset_a_ray_chooses_the_place_and_its_key_is_the_deadman(
-    page_of: Pages, office: World, office_cloud: Cloud, cache: Path
+    meets: Meets,
 ) -> None:
-    async with (
-        paced_robot(office, office_cloud, cache) as robot,
-        page_of(robot.page, scripts=[headset()], viewport={"width": 800, "height": 400}) as visit,
+    async with meets(scripts=[headset()], viewport={"width": 800, "height": 400}) as (
+        robot,
+        page,
+        visit,
     ):
-        page = visit.page
-        robot.place()
-        await says(page, "Knows where it is")
-        await seen(page)
         await enter(page)
         here = robot.simulation.truth().map_from_base
         begin = here.position[:2].copy()

@@ -11,12 +11,12 @@ import pytest
 from localization.maps.cloud import Cloud
 from robot_sim import World
 from tests.teleop.console.firefox import Firefox, firefox
-from tests.teleop.console.paced_robot import PacedRobot, paced_robot
+from tests.teleop.console.hands import SEEN, until
+from tests.teleop.console.paced_robot import paced_robot
 from tests.teleop.support import in_a_loop, soon
 
 pytestmark = [pytest.mark.process, pytest.mark.slow]
 
-SEEN = "performance.getEntriesByName('farsteer: robot seen').length"
 DRAWN = "window.farsteerFigures().frameTimes.length"
 STATUS = "document.querySelector('.driving-status').innerText"
 
@@ -37,7 +37,7 @@ async def test_firefox_sees_drives_stops_and_loads_again(
         await _hold_until(browser, lambda: robot.speed > 0.2)
         await browser.says("You drive.")
         await browser.key("Escape", down=True)
-        await _stands(robot)
+        await until(lambda: not robot.ticks[-1].moves, "that it stands")
         await browser.key("Escape", down=False)
         await browser.key("ArrowUp", down=False)
         await browser.says("E-stop, pressed by you")
@@ -66,11 +66,3 @@ async def _hold_until(browser: Firefox, true: Callable[[], bool]) -> None:
                 await asyncio.sleep(0.3)
 
     await soon(driven())
-
-
-async def _stands(robot: PacedRobot) -> None:
-    async def standing() -> None:
-        while robot.ticks[-1].moves:  # noqa: ASYNC110 - the robot has no event for it
-            await asyncio.sleep(0.02)
-
-    await soon(standing())

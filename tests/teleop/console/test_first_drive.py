@@ -11,8 +11,9 @@ import pytest
 
 from localization.maps.cloud import Cloud
 from robot_sim import World
-from tests.teleop.console.conftest import Pages
+from tests.teleop.console.conftest import Meets
 from tests.teleop.console.firefox import firefox
+from tests.teleop.console.hands import until
 from tests.teleop.console.paced_robot import PacedRobot, paced_robot
 from tests.teleop.support import in_a_loop, soon
 
@@ -27,11 +28,7 @@ Key = Callable[[str, bool], Awaitable[object]]
 
 
 async def _until(evaluate: Evaluate, expression: str) -> None:
-    async def true() -> None:
-        while not await evaluate(expression):  # noqa: ASYNC110 - a page has no event of ours
-            await asyncio.sleep(0.1)
-
-    await soon(true())
+    await until(lambda: evaluate(expression), expression)
 
 
 async def _hold_until_done(
@@ -77,14 +74,8 @@ async def _walk(robot: PacedRobot, evaluate: Evaluate, key: Key) -> None:
 
 
 @in_a_loop
-async def test_first_drive_is_walked_in_chromium_and_stays_closed(
-    office: World, office_cloud: Cloud, cache: Path, page_of: Pages
-) -> None:
-    async with (
-        paced_robot(office, office_cloud, cache) as robot,
-        page_of(robot.page, whole_picture=True) as visit,
-    ):
-        page = visit.page
+async def test_first_drive_is_walked_in_chromium_and_stays_closed(meets: Meets) -> None:
+    async with meets(placed=False, whole_picture=True) as (robot, page, visit):
 
         async def key(name: str, down: bool) -> None:
             await (page.keyboard.down(name) if down else page.keyboard.up(name))

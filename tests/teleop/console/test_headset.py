@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import asyncio
 import math
-import subprocess
 from contextlib import AsyncExitStack
 from dataclasses import replace
 from pathlib import Path
@@ -17,15 +16,14 @@ from playwright.async_api import Page
 
 from benchmarks.console.headset_losses import EXPECTED, KINDS, trial
 from benchmarks.console.losses import LIMIT
-from localization.maps.cloud import Cloud
 from localization.types import Pose
 from robot_sim import World
 from teleop.console.lan.certificate import ensure_certificate
 from teleop.robot.guard.verdict import GuardState
 from teleop.robot.serving.serve_config import ServeConfig
 from tests.teleop.console.arm_hands import office_with_parcel
-from tests.teleop.console.conftest import PATIENCE, Pages, Served
-from tests.teleop.console.hands import hold_until, says, seen
+from tests.teleop.console.conftest import Meets, Pages, Served
+from tests.teleop.console.hands import hold_until, says, seen, until
 from tests.teleop.console.headset_hands import (
     CYCLES,
     FRAME,
@@ -41,40 +39,35 @@ from tests.teleop.console.headset_hands import (
     tap,
     worn,
 )
-from tests.teleop.console.paced_robot import PacedRobot, paced_robot
-from tests.teleop.console.test_accessible import FETCH
+from tests.teleop.console.paced_robot import PacedRobot
 from tests.teleop.console.test_arm_lets_go import rates
 from tests.teleop.console.test_losing_it import BUSY
 from tests.teleop.console.test_restart import front
-from tests.teleop.console.test_whole_way import until
-from tests.teleop.support import in_a_loop
+from tests.teleop.support import PATIENCE, in_a_loop
 
-pytestmark = [pytest.mark.process, pytest.mark.slow, pytest.mark.untraced]
+pytestmark = [
+    pytest.mark.process,
+    pytest.mark.slow,
+    pytest.mark.untraced,
+    pytest.mark.usefixtures("page_tools"),
+]
 
 SIZE = {"width": 1120, "height": 600}
 SLOW = EXPECTED["no frames"]
 """What the page says instead where a loaded machine draws fewer than four pictures a second."""
 
 
-@pytest.fixture(scope="module", autouse=True)
-def iwer() -> None:
-    subprocess.run(FETCH, check=True, capture_output=True)
-
-
 @pytest.mark.long
 @pytest.mark.parametrize("kinds", [KINDS[:5], KINDS[5:]], ids=["person", "hands and links"])
 @in_a_loop
 async def test_robot_stands_whatever_happens_to_the_headset_and_drives_again_without_reload(
-    kinds: tuple[str, ...], page_of: Pages, office: World, office_cloud: Cloud, cache: Path
+    kinds: tuple[str, ...], meets: Meets
 ) -> None:
     chance = Random(28)
-    async with (
-        paced_robot(office, office_cloud, cache) as robot,
-        page_of(robot.page, scripts=[headset()], viewport=SIZE) as visit,
-    ):
-        await says(visit.page, "Ready")
+    async with meets(placed=False, scripts=[headset()]) as (robot, page, visit):
+        await says(page, "Ready")
         for kind in kinds:
-            loss = await trial(visit.page, robot, kind, chance)
+            loss = await trial(page, robot, kind, chance)
             assert loss.stopped_after_s <= LIMIT + 1e-6, loss
             assert not loss.drove_on, loss
             assert any(words in loss.said for words in (EXPECTED[kind], BUSY, SLOW)), loss
@@ -84,16 +77,8 @@ async def test_robot_stands_whatever_happens_to_the_headset_and_drives_again_wit
 
 @pytest.mark.long
 @in_a_loop
-async def test_hundred_times_in_and_out_leave_a_page_that_drives(
-    page_of: Pages, office: World, office_cloud: Cloud, cache: Path
-) -> None:
-    async with (
-        paced_robot(office, office_cloud, cache) as robot,
-        page_of(robot.page, scripts=[headset()], viewport=SIZE) as visit,
-    ):
-        page = visit.page
-        robot.place()
-        await seen(page)
+async def test_hundred_times_in_and_out_leave_a_page_that_drives(meets: Meets) -> None:
+    async with meets(scripts=[headset()]) as (robot, page, visit):
         entered = await page.evaluate(CYCLES, 100)
         assert entered == 100
         assert await figures(page) is None
@@ -104,19 +89,12 @@ async def test_hundred_times_in_and_out_leave_a_page_that_drives(
 
 @in_a_loop
 async def test_way_ahead_ends_in_a_headset_where_the_guard_stops_the_robot(
-    page_of: Pages, office: World, office_cloud: Cloud, cache: Path
+    meets: Meets, office: World
 ) -> None:
     """The wall is 1.3 m away; uncut, three seconds at full speed lead twice as far."""
     always = "localStorage.setItem('farsteer.pathAhead', JSON.stringify('always'));"
     before_wall = replace(office, spawn=Pose.planar(20.9, 4.6, math.pi))
-    async with (
-        paced_robot(before_wall, office_cloud, cache) as robot,
-        page_of(robot.page, scripts=[always, headset()], viewport=SIZE) as visit,
-    ):
-        page = visit.page
-        robot.place()
-        await says(page, "Knows where it is")
-        await seen(page)
+    async with meets(before_wall, scripts=[always, headset()]) as (robot, page, _visit):
         await enter(page)
 
         def driven() -> float:
@@ -146,35 +124,22 @@ async def test_way_ahead_ends_in_a_headset_where_the_guard_stops_the_robot(
 
 
 @in_a_loop
-async def test_page_without_a_headset_fetches_nothing_of_it(
-    page_of: Pages, office: World, office_cloud: Cloud, cache: Path
-) -> None:
-    async with (
-        paced_robot(office, office_cloud, cache) as robot,
-        page_of(robot.page, viewport=SIZE) as visit,
-    ):
-        robot.place()
-        await seen(visit.page)
-        assert await visit.page.get_by_role("button", name="Enter VR").count() == 0
+async def test_page_without_a_headset_fetches_nothing_of_it(meets: Meets) -> None:
+    async with meets() as (_robot, page, visit):
+        assert await page.get_by_role("button", name="Enter VR").count() == 0
         assert [path for path in visit.paths if "/parts/xr-" in path] == []
 
 
 @pytest.mark.parametrize(
-    "worn_one",
-    [headset("oculusQuest1"), headset("metaQuestPro"), headset("metaQuest2", controllers=VIVE)],
+    ("name", "controllers"),
+    [("oculusQuest1", "undefined"), ("metaQuestPro", "undefined"), ("metaQuest2", VIVE)],
     ids=["oculusQuest1", "metaQuestPro", "touch pads"],
 )
 @in_a_loop
 async def test_controllers_of_other_headsets_drive_and_nothing_is_asked_of_others(
-    worn_one: str, page_of: Pages, office: World, office_cloud: Cloud, cache: Path
+    name: str, controllers: str, meets: Meets
 ) -> None:
-    async with (
-        paced_robot(office, office_cloud, cache) as robot,
-        page_of(robot.page, scripts=[worn_one], viewport=SIZE) as visit,
-    ):
-        page = visit.page
-        robot.place()
-        await seen(page)
+    async with meets(scripts=[headset(name, controllers=controllers)]) as (robot, page, visit):
         await enter(page)
         hold = grip(page)
         await hold_until(page, hold, lambda: robot.ticks[-1].forward > 0.2, "that it drives")
@@ -187,15 +152,9 @@ async def test_controllers_of_other_headsets_drive_and_nothing_is_asked_of_other
 
 @in_a_loop
 async def test_controller_of_which_nothing_is_known_drives_nothing_and_is_named(
-    page_of: Pages, office: World, office_cloud: Cloud, cache: Path
+    meets: Meets,
 ) -> None:
-    async with (
-        paced_robot(office, office_cloud, cache) as robot,
-        page_of(robot.page, scripts=[headset()], viewport=SIZE) as visit,
-    ):
-        page = visit.page
-        robot.place()
-        await seen(page)
+    async with meets(scripts=[headset()]) as (robot, page, _visit):
         await enter(page)
         await worn(page, "model", "right", ["acme-wand"], "")
         await inside(page, lambda it: "“acme-wand”" in " ".join(it["words"]))
@@ -216,15 +175,9 @@ async def test_controller_of_which_nothing_is_known_drives_nothing_and_is_named(
 @pytest.mark.long
 @in_a_loop
 async def test_arm_stands_when_its_controller_is_gone_and_the_hand_feels_limits_and_refusals(
-    page_of: Pages, office_cloud: Cloud, cache: Path
+    meets: Meets,
 ) -> None:
-    async with (
-        paced_robot(office_with_parcel(0.21, 0.03), office_cloud, cache) as robot,
-        page_of(robot.page, scripts=[headset()], viewport=SIZE) as visit,
-    ):
-        page = visit.page
-        robot.place()
-        await seen(page)
+    async with meets(office_with_parcel(0.21, 0.03), scripts=[headset()]) as (robot, page, _visit):
         await page.locator(".arm-tip").wait_for(state="attached")
         await enter(page)
         await _lead(page, robot)
@@ -282,16 +235,8 @@ async def _lead(page: Page, robot: PacedRobot) -> None:
 
 
 @in_a_loop
-async def test_socket_that_drops_on_entering_comes_back_within_the_session(
-    page_of: Pages, office: World, office_cloud: Cloud, cache: Path
-) -> None:
-    async with (
-        paced_robot(office, office_cloud, cache) as robot,
-        page_of(robot.page, scripts=[headset()], viewport=SIZE) as visit,
-    ):
-        page = visit.page
-        robot.place()
-        await seen(page)
+async def test_socket_that_drops_on_entering_comes_back_within_the_session(meets: Meets) -> None:
+    async with meets(scripts=[headset()]) as (robot, page, _visit):
         await page.evaluate(
             "navigator.xr.requestSession = ((request) => async (...given) => "
             "{ const it = await request.apply(navigator.xr, given); window.begun = true; return it; })(navigator.xr.requestSession); 0"
@@ -348,15 +293,9 @@ def _encrypted(folder: Path, name: str) -> ServeConfig:
 
 @in_a_loop
 async def test_empty_hand_drives_steps_by_pinching_keys_and_stops_with_the_headset(
-    page_of: Pages, office: World, office_cloud: Cloud, cache: Path
+    meets: Meets,
 ) -> None:
-    async with (
-        paced_robot(office, office_cloud, cache) as robot,
-        page_of(robot.page, scripts=[headset()], viewport=SIZE) as visit,
-    ):
-        page = visit.page
-        robot.place()
-        await seen(page)
+    async with meets(scripts=[headset()]) as (robot, page, _visit):
         await enter(page)
         await worn(page, "hands")
         await asyncio.sleep(2 * FRAME)
@@ -372,15 +311,9 @@ async def test_empty_hand_drives_steps_by_pinching_keys_and_stops_with_the_heads
 
 @in_a_loop
 async def test_building_stands_on_the_table_that_a_person_looks_at_without_its_ground(
-    page_of: Pages, office: World, office_cloud: Cloud, cache: Path
+    meets: Meets,
 ) -> None:
-    async with (
-        paced_robot(office, office_cloud, cache) as robot,
-        page_of(robot.page, scripts=[headset(), TABLE], viewport=SIZE) as visit,
-    ):
-        page = visit.page
-        robot.place()
-        await seen(page)
+    async with meets(scripts=[headset(), TABLE]) as (_robot, page, _visit):
         await enter(page, "AR")
         await inside(page, lambda it: it["stand"] == "table")
         await aim(page, "right", {"x": 0.25, "y": 1.5, "z": 5.0})

@@ -4,18 +4,15 @@ from __future__ import annotations
 
 import asyncio
 import io
-import subprocess
-from pathlib import Path
 
 import numpy as np
 import pytest
 from PIL import Image
 from playwright.async_api import Page
 
-from localization.maps.cloud import Cloud
 from tests.teleop.console.arm_hands import office_with_parcel
-from tests.teleop.console.conftest import Pages
-from tests.teleop.console.hands import hold_until, says, seen
+from tests.teleop.console.conftest import Meets
+from tests.teleop.console.hands import hold_until, says, until
 from tests.teleop.console.headset_hands import (
     FRAME,
     aim_at_floor,
@@ -28,35 +25,27 @@ from tests.teleop.console.headset_hands import (
     tap,
     worn,
 )
-from tests.teleop.console.paced_robot import PacedRobot, paced_robot
-from tests.teleop.console.test_accessible import FETCH
-from tests.teleop.console.test_whole_way import until
+from tests.teleop.console.paced_robot import PacedRobot
 from tests.teleop.support import in_a_loop
 
-pytestmark = [pytest.mark.process, pytest.mark.slow, pytest.mark.untraced]
+pytestmark = [
+    pytest.mark.process,
+    pytest.mark.slow,
+    pytest.mark.untraced,
+    pytest.mark.usefixtures("page_tools"),
+]
 
 SIZE = {"width": 1120, "height": 600}
-
-
-@pytest.fixture(scope="module", autouse=True)
-def iwer() -> None:
-    subprocess.run(FETCH, check=True, capture_output=True)
 
 
 @pytest.mark.long
 @in_a_loop
 async def test_person_enters_looks_drives_is_carried_off_hints_moves_the_arm_stops_and_leaves(
-    page_of: Pages, office_cloud: Cloud, cache: Path
+    meets: Meets,
 ) -> None:
-    async with (
-        # Without guard: where it is put down it stands 0.1 m from a wall.
-        paced_robot(office_with_parcel(0.21, 0.03), office_cloud, cache, guard=False) as robot,
-        page_of(robot.page, scripts=[headset(building=True)], viewport=SIZE) as visit,
-    ):
-        page = visit.page
-        robot.place()
-        await says(page, "Knows where it is")
-        await seen(page)
+    async with meets(
+        office_with_parcel(0.21, 0.03), robot={"guard": False}, scripts=[headset(building=True)]
+    ) as (robot, page, visit):
         await enter(page)
         await _look(page, robot)
         # A headset whose frames come late lets go of everything, and here a processor draws them.

@@ -2,17 +2,13 @@
 
 from __future__ import annotations
 
-from pathlib import Path
 from random import Random
 
 import pytest
 
 from benchmarks.console.losses import EXPECTED, KINDS, LIMIT, trial
-from localization.maps.cloud import Cloud
-from robot_sim import World
-from tests.teleop.console.conftest import Pages
+from tests.teleop.console.conftest import Meets
 from tests.teleop.console.hands import GAMEPAD, says
-from tests.teleop.console.paced_robot import paced_robot
 from tests.teleop.support import in_a_loop
 
 pytestmark = [pytest.mark.process, pytest.mark.slow, pytest.mark.untraced]
@@ -25,16 +21,13 @@ BUSY = "too busy to drive"
 @pytest.mark.parametrize("kinds", [KINDS[:5], KINDS[5:]], ids=["hands", "machines"])
 @in_a_loop
 async def test_robot_stops_in_time_and_does_not_drive_on(
-    kinds: tuple[str, ...], page_of: Pages, office: World, office_cloud: Cloud, cache: Path
+    kinds: tuple[str, ...], meets: Meets
 ) -> None:
     chance = Random(14)
-    async with (
-        paced_robot(office, office_cloud, cache) as robot,
-        page_of(robot.page, scripts=[GAMEPAD], viewport={"width": 1120, "height": 600}) as visit,
-    ):
-        await says(visit.page, "Ready")
+    async with meets(placed=False, scripts=[GAMEPAD]) as (robot, page, visit):
+        await says(page, "Ready")
         for kind in (*kinds, chance.choice(kinds))[:5]:
-            loss = await trial(visit.page, robot, kind, chance)
+            loss = await trial(page, robot, kind, chance)
             assert loss.stopped_after_s <= LIMIT + 1e-6, loss
             assert not loss.drove_on, loss
             assert EXPECTED[kind] in loss.said or BUSY in loss.said, loss

@@ -3,19 +3,16 @@
 from __future__ import annotations
 
 import re
-import threading
 from pathlib import Path
 from urllib.parse import urlsplit
 
 import pytest
 
 from localization.maps.cloud import Cloud
-from robot_sim import World
-from teleop.console.console_server import ConsoleServer
 from teleop.robot.serving.lan_access import lan_access
 from teleop.robot.serving.serve_config import ServeConfig
-from tests.teleop.console.conftest import Pages, Served, page_address
-from tests.teleop.console.paced_robot import paced_robot
+from tests.teleop.console.conftest import Meets, Pages, Served, page_address
+from tests.teleop.console.plain_robots import console_for
 from tests.teleop.robot.served_robots import DRIVER, tokens
 from tests.teleop.support import in_a_loop, soon
 
@@ -115,19 +112,14 @@ OVERLAPS = """() => {
 
 
 @in_a_loop
-async def test_no_control_lies_over_another_in_any_window(
-    page_of: Pages, office: World, office_cloud: Cloud, tmp_path: Path
-) -> None:
-    async with (
-        paced_robot(office, office_cloud, tmp_path) as robot,
-        page_of(robot.page) as visit,
-    ):
+async def test_no_control_lies_over_another_in_any_window(meets: Meets) -> None:
+    async with meets(placed=False) as (robot, page, _visit):
         robot.place()
-        await soon(visit.page.locator(".driving-speed-near:not(:empty)").wait_for())
+        await soon(page.locator(".driving-speed-near:not(:empty)").wait_for())
         for width, height in ((1280, 800), (1000, 640), (820, 1180), (844, 390), (390, 844)):
-            await visit.page.set_viewport_size({"width": width, "height": height})
-            await visit.page.wait_for_timeout(200)
-            assert await visit.page.evaluate(OVERLAPS) == [], (width, height)
+            await page.set_viewport_size({"width": width, "height": height})
+            await page.wait_for_timeout(200)
+            assert await page.evaluate(OVERLAPS) == [], (width, height)
 
 
 REACH = """async ([socket, map, token]) => {
@@ -149,17 +141,11 @@ async def test_page_of_another_server_reaches_its_robot_and_no_other(
 ) -> None:
     config = ServeConfig(tokens=tokens(tmp_path))
     async with served(config) as robot, served(config) as other:
-        with ConsoleServer(robot.url, 0) as server:
-            thread = threading.Thread(target=server.serve_forever, args=(0.05,))
-            thread.start()
-            try:
-                async with page_of(server.url) as visit:
-                    seen = []
-                    for address in (robot.url, other.url):
-                        file = f"{address.replace('ws', 'http', 1)}/map.ply"
-                        seen.append(await visit.page.evaluate(REACH, [address, file, DRIVER]))
-                    assert seen == [[True, 200, f'"{office_cloud.sha256}"'], [False, None, None]]
-                    assert {v.split()[0] for v in visit.violations} == {"connect-src"}
-            finally:
-                server.shutdown()
-                thread.join()
+        with console_for(robot.url) as console:
+            async with page_of(console) as visit:
+                reached = []
+                for address in (robot.url, other.url):
+                    file = f"{address.replace('ws', 'http', 1)}/map.ply"
+                    reached.append(await visit.page.evaluate(REACH, [address, file, DRIVER]))
+                assert reached == [[True, 200, f'"{office_cloud.sha256}"'], [False, None, None]]
+                assert {v.split()[0] for v in visit.violations} == {"connect-src"}

@@ -11,8 +11,8 @@ from playwright.async_api import Page
 from websockets.asyncio.server import ServerConnection
 from websockets.exceptions import ConnectionClosed
 
-from tests.teleop.console.conftest import Pages
-from tests.teleop.console.hands import hold_until, key, press, says, seen
+from tests.teleop.console.conftest import VIEWPORT, Pages
+from tests.teleop.console.hands import hold_until, key, press, says, seen, until
 from tests.teleop.console.plain_robots import (
     PlainRobot,
     answering,
@@ -21,11 +21,9 @@ from tests.teleop.console.plain_robots import (
     moves,
     suite_robot,
 )
-from tests.teleop.support import in_a_loop, soon
+from tests.teleop.support import in_a_loop
 
 pytestmark = [pytest.mark.process, pytest.mark.slow]
-
-SIZE = {"width": 1120, "height": 600}
 
 
 @pytest.mark.long
@@ -36,7 +34,7 @@ async def test_page_shows_what_there_is_and_drives_only_after_a_confirmation(
 ) -> None:
     async with serve() as robot:
         with console_for(robot.url) as address:
-            async with page_of(address, viewport=SIZE) as visit:
+            async with page_of(address, viewport=VIEWPORT) as visit:
                 page = visit.page
                 await says(page, "Nothing guards this robot")
                 await says(page, "Nothing there guards the robot")
@@ -80,12 +78,7 @@ async def _drive_and_stop(page: Page, robot: PlainRobot) -> None:
 
 async def _zero(robot: PlainRobot) -> None:
     """Wait for the zero, and see that nothing follows it."""
-
-    async def stopped() -> None:
-        while robot.moving:  # noqa: ASYNC110 - the robot has no event for it
-            await asyncio.sleep(0.02)
-
-    await soon(stopped())
+    await until(lambda: not robot.moving, "that it stops")
     count = len(robot.received)
     await asyncio.sleep(0.5)
     assert not any(moves(twist) for twist in robot.received[count:])
@@ -110,7 +103,7 @@ async def test_server_that_is_no_rosbridge_is_named_in_one_sentence(page_of: Pag
     async with plain, answering(_echo) as echo:
         for robot in (f"ws://127.0.0.1:{plain.sockets[0].getsockname()[1]}", echo):
             with console_for(robot) as address:
-                async with page_of(address, viewport=SIZE) as visit:
+                async with page_of(address, viewport=VIEWPORT) as visit:
                     await says(visit.page, f"What answers at {robot} is not a rosbridge")
                     await says(
                         visit.page, "farsteer console ws://HOST:PORT", within=".page-notices"

@@ -14,14 +14,13 @@ from playwright.async_api import Page
 from localization.maps.cloud import Cloud
 from robot_sim import World
 from teleop.scene_clouds import scene_cloud_path
-from tests.teleop.console.conftest import PATIENCE, Pages, Visit
-from tests.teleop.console.hands import drag_hint, hold_until, key, press, says, seen
+from tests.teleop.console.conftest import VIEWPORT, Meets, Pages, Visit
+from tests.teleop.console.hands import drag_hint, hold_until, key, press, says, seen, until
 from tests.teleop.console.paced_robot import PacedRobot, Proxy, paced_robot
 from tests.teleop.support import in_a_loop, soon
 
 pytestmark = [pytest.mark.process, pytest.mark.slow, pytest.mark.untraced]
 
-SIZE = {"width": 1120, "height": 600}
 BACK = 1.0
 """Time within which the page connects again once the server is back [s]."""
 SLACK = 1.0
@@ -54,7 +53,7 @@ async def test_new_run_clears_what_belonged_to_the_last_and_does_not_drive_on(
         door.target = robot.proxy.port
         door.whole.set()
         robot.place()
-        async with page_of(f"http://127.0.0.1:{door.port}/", viewport=SIZE) as visit:
+        async with page_of(f"http://127.0.0.1:{door.port}/", viewport=VIEWPORT) as visit:
             page = visit.page
             await seen(page)
             await _hint(page, robot)
@@ -62,7 +61,7 @@ async def test_new_run_clears_what_belonged_to_the_last_and_does_not_drive_on(
             door.cut()
             await last.aclose()
             gone = re.compile("said nothing|connection is lost")
-            await page.locator(".driving-status").get_by_text(gone).first.wait_for()
+            await says(page, gone, within=".driving-status")
 
             async with paced_robot(office, office_cloud, cache) as next_robot:
                 door.target = next_robot.proxy.port
@@ -70,11 +69,7 @@ async def test_new_run_clears_what_belonged_to_the_last_and_does_not_drive_on(
                 await says(page, "what belonged to its last run is cleared", within=".page-right")
                 assert await page.locator(RESULT).inner_text() == ""
                 await page.keyboard.down("w")  # its repetition
-                await (
-                    page.locator(".driving-status")
-                    .get_by_text(re.compile("again"))
-                    .first.wait_for()
-                )
+                await says(page, re.compile("again"), within=".driving-status")
                 assert not any(tick.moves for tick in next_robot.ticks)
                 await page.keyboard.up("w")
                 await hold_until(
@@ -90,36 +85,27 @@ async def _hint(page: Page, robot: PacedRobot) -> None:
     truth = robot.simulation.truth().map_from_base
     await drag_hint(page, float(truth.position[0]), float(truth.position[1]), truth.yaw)
     await page.keyboard.press("Enter")
-    verdict = page.locator(RESULT)
-    await verdict.get_by_text("Accepted").or_(verdict.get_by_text("Kept")).first.wait_for()
+    await says(page, re.compile("Accepted|Kept"), within=RESULT)
 
 
 @pytest.mark.long
 @in_a_loop
 async def test_page_is_back_within_a_second_with_its_subscriptions_and_its_map(
-    page_of: Pages, office: World, office_cloud: Cloud, cache: Path
+    meets: Meets,
 ) -> None:
-    async with (
-        paced_robot(office, office_cloud, cache) as robot,
-        page_of(robot.page, viewport=SIZE) as visit,
-    ):
-        robot.place()
-        page, proxy = visit.page, robot.proxy
-        await seen(page)
+    async with meets() as (robot, page, visit):
+        proxy = robot.proxy
         points = scene_cloud_path("office").stat().st_size
         assert proxy.passed < points  # the surfaces alone
         await page.evaluate("localStorage.setItem('farsteer.shown', JSON.stringify({map: true}))")
         await page.reload()
         await seen(page)
-        async with asyncio.timeout(PATIENCE):
-            while proxy.passed <= points:  # noqa: ASYNC110 - bytes that pass set no event
-                await asyncio.sleep(0.1)
+        await until(lambda: proxy.passed > points, "the points of the map")
         await asyncio.sleep(1.0)  # by then they are read and kept
         await hold_until(page, key(page, "w"), lambda: robot.speed > 0.2, "that it drives")
         assert await _time_to_return(visit, robot) < BACK + SLACK
         begun = len(robot.ticks)
         await page.keyboard.down("w")  # its repetition
-        await says(page, "Knows where it is")
         await says(page, "Press again to drive")
         await asyncio.sleep(1.0)
         assert not any(tick.moves for tick in robot.ticks[begun:])
@@ -152,15 +138,9 @@ async def _time_to_return(visit: Visit, robot: PacedRobot) -> float:
 
 
 @in_a_loop
-async def test_without_webgl_one_sentence_says_so_and_the_rest_works(
-    page_of: Pages, office: World, office_cloud: Cloud, cache: Path
-) -> None:
-    async with (
-        paced_robot(office, office_cloud, cache) as robot,
-        page_of(robot.page, scripts=[NO_WEBGL], viewport=SIZE) as visit,
-    ):
+async def test_without_webgl_one_sentence_says_so_and_the_rest_works(meets: Meets) -> None:
+    async with meets(placed=False, scripts=[NO_WEBGL]) as (robot, page, _visit):
         robot.place()
-        page = visit.page
         await says(page, "WebGL is missing")
         assert await page.get_by_text("WebGL").count() == 1
         await says(page, "Knows where it is")
@@ -168,6 +148,4 @@ async def test_without_webgl_one_sentence_says_so_and_the_rest_works(
         await page.keyboard.press("Escape")
         await page.keyboard.up("w")
         await says(page, "E-stop, pressed by you")
-        async with asyncio.timeout(PATIENCE):
-            while robot.speed > 0.01:  # noqa: ASYNC110 - the robot has no event for it
-                await asyncio.sleep(0.02)
+        await until(lambda: robot.speed < 0.01, "that it stands")

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import asyncio
 import base64
 import re
 from collections.abc import AsyncIterator
@@ -14,10 +13,10 @@ from playwright.async_api import Page
 
 from localization.maps.cloud import Cloud
 from robot_sim import World
-from teleop.robot.serving.serve_config import ServeConfig
-from tests.teleop.console.conftest import PATIENCE, Pages, Served, page_address
-from tests.teleop.console.hands import hold_until, key, says, seen
-from tests.teleop.console.paced_robot import pace, paced_robot
+from tests.teleop.console.conftest import Meets, Pages, Served, page_address
+from tests.teleop.console.hands import hold_until, key, says, until
+from tests.teleop.console.paced_robot import paced_robot
+from tests.teleop.console.test_camera_and_steps import robot_with_camera
 from tests.teleop.robot.served_robots import DRIVER, VIEWER, tokens
 from tests.teleop.support import in_a_loop, soon
 
@@ -40,15 +39,9 @@ SEEK = """(share) => {
 
 @in_a_loop
 async def test_run_is_recorded_by_a_button_and_scrubbed_on_the_same_page(
-    office: World, office_cloud: Cloud, cache: Path, page_of: Pages, tmp_path: Path
+    meets: Meets, tmp_path: Path
 ) -> None:
-    async with (
-        paced_robot(office, office_cloud, cache, runs=tmp_path) as robot,
-        page_of(robot.page) as visit,
-    ):
-        page = visit.page
-        robot.place()
-        await seen(page)
+    async with meets(robot={"runs": tmp_path}) as (robot, page, visit):
         await says(page, "Ready", within=".driving-status")
         async with _recording(page):
             forward = key(page, "w")
@@ -109,15 +102,9 @@ async def _drop(page: Page, name: str, content: bytes) -> None:
 
 @in_a_loop
 async def test_replay_shows_alarms_at_their_moments_and_where_the_place_was_doubted(
-    office: World, office_cloud: Cloud, cache: Path, page_of: Pages, tmp_path: Path
+    meets: Meets, tmp_path: Path
 ) -> None:
-    async with (
-        paced_robot(office, office_cloud, cache, runs=tmp_path) as robot,
-        page_of(robot.page) as visit,
-    ):
-        page = visit.page
-        robot.place()
-        await seen(page)
+    async with meets(robot={"runs": tmp_path}) as (robot, page, visit):
         await says(page, "Ready", within=".driving-status")
         async with _recording(page):
             await page.wait_for_timeout(2000)
@@ -145,41 +132,32 @@ async def test_replay_shows_alarms_at_their_moments_and_where_the_place_was_doub
 async def test_replay_shows_the_pictures_of_the_camera_that_were_recorded(
     page_of: Pages, served: Served, tmp_path: Path
 ) -> None:
-    async with served(ServeConfig(camera="small", runs=tmp_path)) as robot:
-        pacing = asyncio.create_task(pace(robot.url))
-        try:
-            async with page_of(page_address(robot)) as visit:
-                page = visit.page
-                await page.get_by_alt_text("Camera: p3at").wait_for()
-                async with _recording(page):
-                    await page.wait_for_timeout(4000)
-                picture = page.locator(".page-camera")
-                await picture.wait_for()
-                first = await picture.get_attribute("src")
-                assert (
-                    await picture.evaluate("shown => shown.decode().then(() => shown.naturalWidth)")
-                    > 0
-                )
-                await page.evaluate(SEEK, 1.0)
-                async with asyncio.timeout(PATIENCE):
-                    while await picture.get_attribute("src") == first:  # noqa: ASYNC110
-                        await asyncio.sleep(0.1)
-                assert visit.violations == []
-        finally:
-            pacing.cancel()
+    async with (
+        robot_with_camera(served, tmp_path) as robot,
+        page_of(page_address(robot)) as visit,
+    ):
+        page = visit.page
+        await page.get_by_alt_text("Camera: p3at").wait_for()
+        async with _recording(page):
+            await page.wait_for_timeout(4000)
+        picture = page.locator(".page-camera")
+        await picture.wait_for()
+        first = await picture.get_attribute("src")
+        assert await picture.evaluate("shown => shown.decode().then(() => shown.naturalWidth)") > 0
+        await page.evaluate(SEEK, 1.0)
+
+        async def another() -> bool:
+            return await picture.get_attribute("src") != first
+
+        await until(another, "the picture of another moment")
+        assert visit.violations == []
 
 
 @in_a_loop
 async def test_damaged_run_is_shown_as_far_as_it_goes_and_says_so(
-    office: World, office_cloud: Cloud, cache: Path, page_of: Pages, tmp_path: Path
+    meets: Meets, tmp_path: Path
 ) -> None:
-    async with (
-        paced_robot(office, office_cloud, cache, runs=tmp_path) as robot,
-        page_of(robot.page) as visit,
-    ):
-        page = visit.page
-        robot.place()
-        await seen(page)
+    async with meets(robot={"runs": tmp_path}) as (_robot, page, _visit):
         async with _recording(page):
             await page.wait_for_timeout(6000)
         (file,) = tmp_path.glob("*.mcap")  # noqa: ASYNC240
@@ -196,7 +174,7 @@ async def test_damaged_run_is_shown_as_far_as_it_goes_and_says_so(
 
 @in_a_loop
 async def test_run_is_deleted_by_who_may_drive_and_offered_to_nobody_else(
-    office: World, office_cloud: Cloud, cache: Path, page_of: Pages, tmp_path: Path
+    page_of: Pages, office: World, office_cloud: Cloud, cache: Path, tmp_path: Path
 ) -> None:
     (tmp_path / "runs").mkdir()
     (tmp_path / "runs/run-20261124-193000.mcap").write_bytes(b"cut off")

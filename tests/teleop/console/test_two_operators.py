@@ -13,21 +13,17 @@ from playwright.async_api import Page
 
 from localization.maps.cloud import Cloud
 from robot_sim import World
-from tests.teleop.console.conftest import PATIENCE, Pages
-from tests.teleop.console.hands import hold_until, key, press, says
+from tests.teleop.console.conftest import VIEWPORT, Pages
+from tests.teleop.console.hands import hold_until, key, press, says, until
 from tests.teleop.console.paced_robot import PacedRobot, paced_robot
+from tests.teleop.robot.served_robots import ADMIN, DRIVER, OTHER, VIEWER, tokens
 from tests.teleop.support import in_a_loop
 
 pytestmark = [pytest.mark.process, pytest.mark.slow, pytest.mark.untraced]
 
-ROLES = {"anna": "operate", "bert": "operate", "vera": "view", "clock": "admin"}
-SIZE = {"width": 1120, "height": 600}
+TOKENS = {"anna": DRIVER, "bert": OTHER, "vera": VIEWER, "boss": ADMIN}
 TURNS = ".driving-turns"
 STATUS = ".driving-status"
-
-
-def token(name: str) -> str:
-    return f"a-token-that-nobody-guesses-{name}"
 
 
 @asynccontextmanager
@@ -35,21 +31,14 @@ async def robot_with_tokens(
     world: World, cloud: Cloud, cache: Path, folder: Path
 ) -> AsyncIterator[PacedRobot]:
     """Serve a robot to Anna and Bert, who operate, and Vera, who looks on."""
-    path = folder / "tokens.toml"
-    path.touch(mode=0o600)
-    path.write_text(
-        "\n".join(
-            f'[tokens.{name}]\nrole = "{role}"\ntoken = "{token(name)}"'
-            for name, role in ROLES.items()
-        )
-    )
-    async with paced_robot(world, cloud, cache, tokens=path, stepper=token("clock")) as robot:
+    book = tokens(folder)
+    async with paced_robot(world, cloud, cache, tokens=book, stepper=ADMIN) as robot:
         yield robot
 
 
 async def opened(page: Page, robot: PacedRobot, name: str) -> Page:
     """Open the page as somebody."""
-    await page.goto(f"{robot.page}#token={token(name)}")
+    await page.goto(f"{robot.page}#token={TOKENS[name]}")
     await says(page, "You may only watch." if name == "vera" else "Ready", within=STATUS)
     return page
 
@@ -65,9 +54,7 @@ async def named(page: Page) -> str:
 
 async def stands(robot: PacedRobot) -> None:
     """Wait until the command in force is zero."""
-    async with asyncio.timeout(PATIENCE):
-        while robot.ticks[-1].moves:  # noqa: ASYNC110 - the robot has no event for it
-            await asyncio.sleep(0.02)
+    await until(lambda: not robot.ticks[-1].moves, "that it stands")
 
 
 async def offered(page: Page, name: str) -> bool:
@@ -82,7 +69,7 @@ async def test_robot_changes_hands_by_asking_and_taking_over(
 ) -> None:
     async with (
         robot_with_tokens(office, office_cloud, cache, tmp_path) as robot,
-        page_of("about:blank", viewport=SIZE) as visit,
+        page_of("about:blank", viewport=VIEWPORT) as visit,
     ):
         anna = await opened(visit.page, robot, "anna")
         bert = await opened(await visit.page.context.new_page(), robot, "bert")
@@ -134,7 +121,7 @@ async def test_onlooker_is_offered_no_controls_but_the_stop_which_operators_rele
 ) -> None:
     async with (
         robot_with_tokens(office, office_cloud, cache, tmp_path) as robot,
-        page_of("about:blank", viewport=SIZE) as visit,
+        page_of("about:blank", viewport=VIEWPORT) as visit,
     ):
         anna = await opened(visit.page, robot, "anna")
         vera = await opened(await visit.page.context.new_page(), robot, "vera")
@@ -155,8 +142,7 @@ async def test_onlooker_is_offered_no_controls_but_the_stop_which_operators_rele
         await anna.keyboard.up("w")
         await release(anna)
         await says(anna, "Ready", within=STATUS)
-        boss = await visit.page.context.new_page()
-        await boss.goto(f"{robot.page}#token={token('clock')}")
+        boss = await opened(await visit.page.context.new_page(), robot, "boss")
         await boss.get_by_role("button", name="Emergency stop (Esc)").click()
         await release(anna)
         await says(anna, "Not released:")

@@ -16,13 +16,10 @@ import pytest
 from PIL import Image
 from playwright.async_api import Page
 
-from localization.maps.cloud import Cloud
-from robot_sim import World
-from tests.teleop.console.conftest import PATIENCE, Pages, Served, page_address
+from tests.teleop.console.conftest import Meets, Pages, Served, page_address
 from tests.teleop.console.hands import seen
-from tests.teleop.console.paced_robot import paced_robot
 from tests.teleop.console.test_camera_and_steps import robot_with_camera, streams
-from tests.teleop.support import in_a_loop
+from tests.teleop.support import PATIENCE, in_a_loop
 
 pytestmark = [pytest.mark.process, pytest.mark.slow, pytest.mark.untraced]
 
@@ -38,15 +35,9 @@ WAY = 0.06
 
 @in_a_loop
 async def test_pictures_of_three_screens_meet_to_the_pixel_and_keys_drive_nothing(
-    page_of: Pages, office: World, office_cloud: Cloud, cache: Path
+    meets: Meets,
 ) -> None:
-    async with (
-        paced_robot(office, office_cloud, cache) as robot,
-        page_of(f"{robot.page}{THREE}", scripts=[BUILDING], viewport=SIZE) as visit,
-    ):
-        page = visit.page
-        robot.place()
-        await seen(page)
+    async with meets(query=THREE, scripts=[BUILDING], viewport=SIZE) as (robot, page, visit):
         await _shown(page)
         assert await page.get_by_role("button", name="Emergency stop").count() == 0
         await page.keyboard.down("w")
@@ -105,7 +96,7 @@ async def test_pages_on_links_of_different_delay_show_the_same_stamp_within_a_fr
 async def test_wall_fetches_no_picture_of_a_camera_since_it_shows_none(
     page_of: Pages, served: Served, tmp_path: Path
 ) -> None:
-    async with robot_with_camera(served, tmp_path / "photos") as robot:
+    async with robot_with_camera(served, tmp_path) as robot:
         address, size = page_address(robot), {"width": 300, "height": 200}
         wall_address = f"{address}?screen=1,0,1.2,0,2,1.5"
         async with (

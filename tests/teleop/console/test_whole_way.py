@@ -3,16 +3,14 @@
 from __future__ import annotations
 
 import asyncio
-from collections.abc import Callable
+import re
 from pathlib import Path
 
 import numpy as np
 import pytest
 
-from localization.maps.cloud import Cloud
 from localization.types import Pose
-from robot_sim import World
-from tests.teleop.console.conftest import Pages, Visit
+from tests.teleop.console.conftest import Meets, Visit
 from tests.teleop.console.hands import (
     GAMEPAD,
     drag_hint,
@@ -24,42 +22,25 @@ from tests.teleop.console.hands import (
     press,
     says,
     seen,
+    until,
 )
-from tests.teleop.console.paced_robot import PacedRobot, paced_robot
-from tests.teleop.support import PATIENCE, in_a_loop
+from tests.teleop.console.paced_robot import PacedRobot
+from tests.teleop.robot.served_robots import ADMIN, DRIVER, tokens
+from tests.teleop.support import in_a_loop
 
 pytestmark = [pytest.mark.process, pytest.mark.slow, pytest.mark.untraced]
-
-TOKEN = "a-token-that-nobody-guesses"
-TOKENS = f'[tokens.hand]\nrole = "operate"\ntoken = "{TOKEN}"\n[tokens.clock]\nrole = "admin"\ntoken = "{TOKEN}-2"\n'
-
-
-async def until(true: Callable[[], bool], what: str) -> None:
-    """Wait for the robot."""
-    try:
-        async with asyncio.timeout(PATIENCE):
-            while not true():  # noqa: ASYNC110 - the robot has no event for it
-                await asyncio.sleep(0.02)
-    except TimeoutError:
-        pytest.fail(f"waited in vain: {what}")
 
 
 @pytest.mark.long
 @in_a_loop
 async def test_person_logs_in_drives_is_carried_off_hints_stops_and_comes_back(
-    page_of: Pages, office: World, office_cloud: Cloud, cache: Path, tmp_path: Path
+    meets: Meets, tmp_path: Path
 ) -> None:
-    tokens = tmp_path / "tokens.toml"
-    tokens.touch(mode=0o600)
-    tokens.write_text(TOKENS)
-    async with (
-        paced_robot(office, office_cloud, cache, tokens=tokens, stepper=f"{TOKEN}-2") as robot,
-        page_of(
-            robot.page,
-            scripts=[GAMEPAD],
-            whole_picture=True,
-            viewport={"width": 1120, "height": 600},
-        ) as visit,
+    guarded = {"tokens": tokens(tmp_path), "stepper": ADMIN}
+    async with meets(placed=False, robot=guarded, scripts=[GAMEPAD], whole_picture=True) as (
+        robot,
+        _page,
+        visit,
     ):
         robot.place()
         await _log_in_and_see(visit)
@@ -75,12 +56,14 @@ async def test_person_logs_in_drives_is_carried_off_hints_stops_and_comes_back(
 async def _log_in_and_see(visit: Visit) -> None:
     page = visit.page
     await says(page, "Log in")
-    await page.get_by_label("Token").first.fill(TOKEN)
+    await page.get_by_label("Token").first.fill(DRIVER)
     await page.keyboard.press("Enter")
     await says(page, "Knows where it is")
     await seen(page)
     assert "token" not in page.url
-    assert TOKEN not in await page.evaluate("JSON.stringify([{ ...localStorage }, document.title])")
+    assert DRIVER not in await page.evaluate(
+        "JSON.stringify([{ ...localStorage }, document.title])"
+    )
 
 
 async def _drive(visit: Visit, robot: PacedRobot) -> None:
@@ -112,13 +95,7 @@ async def _carried_off(visit: Visit, robot: PacedRobot) -> None:
     here = robot.simulation.truth().map_from_base
     x, y = (float(v) for v in here.position[:2])
     robot.carry(x - 4.0, y, here.yaw + 2.2)
-    alarms = ".panel-alarms"
-    await (
-        visit.page.locator(alarms)
-        .get_by_text("lost")
-        .or_(visit.page.locator(alarms).get_by_text("in doubt"))
-        .first.wait_for(state="visible", timeout=PATIENCE * 1000)
-    )
+    await says(visit.page, re.compile("lost|in doubt"), within=".panel-alarms")
 
 
 async def _hint(visit: Visit, robot: PacedRobot) -> None:
@@ -130,12 +107,7 @@ async def _hint(visit: Visit, robot: PacedRobot) -> None:
     await drag_hint(page, x + 0.2, y - 0.15, truth.yaw + 0.1)
     await says(page, "fits", within=".panel-preview")
     await page.keyboard.press("Enter")
-    verdict = page.locator(".panel-hint-result")
-    await (
-        verdict.get_by_text("Accepted")
-        .or_(verdict.get_by_text("Kept"))
-        .first.wait_for(timeout=PATIENCE * 1000)
-    )
+    await says(page, re.compile("Accepted|Kept"), within=".panel-hint-result")
     await says(page, "Knows where it is")
 
 

@@ -1,10 +1,12 @@
 /** Gathers what the alarms follow from. */
 
+import { stoppedBy } from "../driving/robot_reasons";
+import { turnsOf } from "../driving/turn_taking";
 import { STALE_AFTER } from "../operating_data";
 import type { LinkStatistics, RobotState } from "../robot/robot_state";
 import type { Facts } from "../texts/filled";
 import { linkPanelTexts } from "../texts/panels";
-import type { Bumpers, ControlState, Session } from "../values";
+import type { Bumpers } from "../values";
 import { linkWord } from "./link_grade";
 
 /**
@@ -45,7 +47,7 @@ export function alarmFacts(
     drive_trouble: state.driveTrouble.peek()?.words,
     ...stopFacts(control?.reason ?? "", state.session.peek()?.name),
     ...(attitude === undefined || now - attitude.receivedAt > STALE_AFTER ? {} : tiltFacts(attitude.roll, attitude.pitch)),
-    asking: askingUs(control, state.session.peek()),
+    asking: turnsOf(control, state.session.peek()).askedBy || undefined,
   };
 }
 
@@ -76,7 +78,7 @@ function sideWords(name: string, ring: readonly boolean[]): string {
 
 /** Return who pressed the e-stop, or another reason of the robot. */
 export function stopFacts(reason: string, me: string | undefined): Facts {
-  const who = /^e-stop by (.{1,100})$/.exec(reason)?.[1];
+  const who = stoppedBy(reason);
   return who === undefined ? { estop_reason: reason } : { estop_by: who === me ? "you" : who };
 }
 
@@ -94,14 +96,4 @@ export function tiltFacts(roll: number, pitch: number): Facts {
 export function tiltOf(roll: number, pitch: number): number | undefined {
   const cosine = Math.cos(roll) * Math.cos(pitch);
   return Number.isFinite(cosine) ? Math.acos(Math.min(1, Math.max(-1, cosine))) : undefined;
-}
-
-/** Return who asks for the robot, if it is this page that drives it and can give it. */
-export function askingUs(control: ControlState | undefined, session: Session | undefined): string | undefined {
-  if (control === undefined || session === undefined || control.asking === 0 || control.asking === session.client) {
-    return undefined;
-  }
-  const ours = control.controller === session.name
-    || new RegExp(`\\bclient ${session.client}\\b`).test(control.controller);
-  return ours ? (control.askingName === "" ? `client ${control.asking}` : control.askingName) : undefined;
 }

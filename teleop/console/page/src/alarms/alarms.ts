@@ -2,6 +2,7 @@
 
 import { effect, signal, type ReadonlySignal, type Signal } from "@preact/signals";
 import type { LinkStatisticsSignal, RobotState } from "../robot/robot_state";
+import { rememberedSwitch, type Keeper } from "../scene/stored_signals";
 import type { Alarm } from "./alarm";
 import { AlarmBell, alarmEdges } from "./alarm_edges";
 import { alarmFacts } from "./alarm_facts";
@@ -16,7 +17,7 @@ export interface AlarmEnvironment {
   readonly sound: AlarmSound;
   readonly vibrate: (pattern: readonly number[]) => void;
   /** Where "muted" is kept; undefined where the browser keeps nothing. */
-  readonly kept: { read(): string | null; write(value: string): void } | undefined;
+  readonly keeper: Keeper | undefined;
   /** Call once at each gesture until the returned function ends it. */
   readonly onGesture: (callback: () => void) => () => void;
 }
@@ -46,18 +47,10 @@ export class Alarms {
     private readonly tell: (alarm: Alarm, ended: boolean) => void,
     private readonly environment: AlarmEnvironment,
   ) {
-    const { kept, sound } = environment;
-    this.muted = signal(kept?.read() === "muted");
+    const { keeper, sound } = environment;
+    this.muted = rememberedSwitch("farsteer.muted", false, keeper);
     this.sounding = signal(sound.state);
-    let first = true;
     this.ends.push(
-      effect(() => {
-        const muted = this.muted.value;
-        if (!first) {
-          kept?.write(muted ? "muted" : "sounding");
-        }
-        first = false;
-      }),
       this.watchArrivals(),
       environment.every(PERIOD, () => { this.look(); }),
       environment.onGesture(() => {

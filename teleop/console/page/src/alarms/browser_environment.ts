@@ -1,9 +1,9 @@
 /** The browser as the alarms need it. */
 
+import { browserKeeper } from "../scene/stored_signals";
 import { AlarmSound } from "./alarm_sound";
 import type { AlarmEnvironment } from "./alarms";
 
-const KEY = "farsteer.alarms";
 const GESTURES = ["pointerdown", "keydown", "touchend"] as const;
 
 /** Return the environment of this window; what the browser lacks is left out. */
@@ -22,7 +22,7 @@ export function browserAlarmEnvironment(): AlarmEnvironment {
         navigator.vibrate([...pattern]);
       }
     },
-    kept: { read, write },
+    keeper: browserKeeper(),
     onGesture: (callback) => {
       const stop = new AbortController();
       for (const gesture of GESTURES) {
@@ -32,20 +32,4 @@ export function browserAlarmEnvironment(): AlarmEnvironment {
       return () => { stop.abort(); };
     },
   };
-}
-
-function read(): string | null {
-  try {
-    return localStorage.getItem(KEY);
-  } catch {
-    return null;
-  }
-}
-
-function write(value: string): void {
-  try {
-    localStorage.setItem(KEY, value);
-  } catch {
-    // A browser that keeps nothing: the choice holds until the page is left.
-  }
 }

@@ -6,7 +6,7 @@ import type { StepMotion } from "../driving/step_motion";
 import type { RobotWire } from "../link/robot_wire";
 import type { ArmInfo } from "../robot/arm";
 import type { RobotState } from "../robot/robot_state";
-import { browserKeeper, remembered } from "../scene/stored_signals";
+import { browserKeeper, remembered, rememberedSwitch } from "../scene/stored_signals";
 import type { Theme } from "../scene/settings";
 import type { Workshop } from "../scene/workshop";
 import { ArmFeed } from "./arm_feed";
@@ -62,7 +62,7 @@ export class Arm implements StepMotion {
     const { wire, robot, driving, environment } = parts;
     const keeper = browserKeeper();
     this.frame = remembered<TipFrame>("farsteer.arm.frame", "base", (kept) => TIP_FRAMES.find((frame) => frame === kept), keeper);
-    this.follows = remembered("farsteer.arm.follows", true, (kept) => (typeof kept === "boolean" ? kept : undefined), keeper);
+    this.follows = rememberedSwitch("farsteer.arm.follows", true, keeper);
     this.known = this.#known;
     this.mayMove = computed(() => driving.status.value.blocked === undefined);
     this.feed = new ArmFeed(wire, robot, parts.lean);

@@ -4,7 +4,7 @@ import { computed, effect, signal, type ReadonlySignal, type Signal } from "@pre
 import { CameraPictures } from "../link/camera_pictures";
 import type { Dated } from "../robot/data_age";
 import type { RobotState } from "../robot/robot_state";
-import { remembered, type Keeper } from "../scene/stored_signals";
+import { remembered, rememberedSwitch, type Keeper } from "../scene/stored_signals";
 import { cameraTexts as texts } from "../texts/camera";
 import { FULL, paced, SLOW_RATE, type Pace } from "./camera_pace";
 import { cameraStreams, type CameraStream } from "./camera_streams";
@@ -63,7 +63,7 @@ export class CameraFeed {
   constructor(state: RobotState, parts: FeedParts) {
     this.#parts = parts;
     this.choice = remembered<string | undefined>("farsteer.camera", undefined, (kept) => (typeof kept === "string" ? kept : undefined), parts.keeper);
-    this.large = remembered("farsteer.cameraLarge", false, (kept) => (typeof kept === "boolean" ? kept : undefined), parts.keeper);
+    this.large = rememberedSwitch("farsteer.cameraLarge", false, parts.keeper);
     this.pace = this.#paced;
     this.picture = this.#shown;
     this.trouble = this.#said;

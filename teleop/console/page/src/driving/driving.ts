@@ -86,7 +86,7 @@ export class Driving {
       estop: () => { this.emergencyStop(); },
       takeOver: () => {
         if (this.turns.turns.peek().driver !== "me") {
-          void this.turns.takeOver();
+          void this.turns.request("takeOver");
         }
       },
     });

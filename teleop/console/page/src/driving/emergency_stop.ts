@@ -76,12 +76,8 @@ export class EmergencyStop {
       return;
     }
     this.resetAsked.value = false;
-    try {
-      const answer = await this.commands.resetEstop();
-      this.resetRefused.value = answer.success ? undefined : answer.message || texts.noReason;
-    } catch (error) {
-      this.resetRefused.value = wordsOf(error);
-    }
+    const answer = await this.commands.request("resetEstop");
+    this.resetRefused.value = answer.success ? undefined : answer.message || texts.noReason;
   }
 
   dispose(): void {
@@ -101,28 +97,17 @@ export class EmergencyStop {
   }
 
   private async call(): Promise<void> {
-    try {
-      const answer = await this.commands.estop();
-      if (answer.success) {
-        this.answered = true;
-        const control = this.state.control.peek();
-        if (control?.estop === true) {
-          this.seen(control);
-        } else if (this.state.dialect.peek() === "plain") {
-          this.done(); // no state will say so
-        }
-      } else {
-        this.refused(answer.message || texts.noReason);
+    const answer = await this.commands.request("estop");
+    const [pending, control] = [this.pending.peek(), this.state.control.peek()];
+    if (answer.success) {
+      this.answered = true;
+      if (control?.estop === true) {
+        this.seen(control);
+      } else if (this.state.dialect.peek() === "plain") {
+        this.done(); // no state will say so
       }
-    } catch (error) {
-      this.refused(wordsOf(error));
-    }
-  }
-
-  private refused(refusal: string): void {
-    const pending = this.pending.peek();
-    if (pending !== undefined) {
-      this.pending.value = { ...pending, refusal };
+    } else if (pending !== undefined) {
+      this.pending.value = { ...pending, refusal: answer.message || texts.noReason };
     }
   }
 
@@ -137,9 +122,4 @@ export class EmergencyStop {
     clearTimeout(this.timer);
     this.pending.value = undefined;
   }
-}
-
-/** The words of whatever was thrown. */
-export function wordsOf(error: unknown): string {
-  return error instanceof Error ? error.message : typeof error === "string" ? error : texts.noReason;
 }

@@ -4,8 +4,9 @@ import { computed, signal, type ReadonlySignal } from "@preact/signals";
 import type { RobotCommands } from "../robot/robot_commands";
 import type { RobotState } from "../robot/robot_state";
 import { drivingTexts as texts } from "../texts/driving";
-import type { Answer, ControlState, Session } from "../values";
-import { wordsOf } from "./emergency_stop";
+import type { ControlState, Session } from "../values";
+
+const DONE = { ask: texts.asked, give: texts.given, refuse: texts.refused, takeOver: texts.tookOver };
 
 export interface Turns {
   /** Who drives. */
@@ -45,29 +46,9 @@ export class TurnTaking {
     this.turns = computed(() => turnsOf(state.control.value, state.session.value));
   }
 
-  ask(): Promise<void> {
-    return this.request(() => this.commands.askForControl(), texts.asked);
-  }
-
-  give(): Promise<void> {
-    return this.request(() => this.commands.giveControl(), texts.given);
-  }
-
-  refuse(): Promise<void> {
-    return this.request(() => this.commands.refuseControl(), texts.refused);
-  }
-
-  takeOver(): Promise<void> {
-    return this.request(() => this.commands.takeOver(), texts.tookOver);
-  }
-
-  private async request(call: () => Promise<Answer>, done: string): Promise<void> {
+  async request(wish: keyof typeof DONE): Promise<void> {
     this.outcome.value = "";
-    try {
-      const answer = await call();
-      this.outcome.value = answer.success ? done : texts.notDone(answer.message || texts.noReason);
-    } catch (error) {
-      this.outcome.value = texts.notDone(wordsOf(error));
-    }
+    const answer = await this.commands.request(wish);
+    this.outcome.value = answer.success ? DONE[wish] : texts.notDone(answer.message || texts.noReason);
   }
 }

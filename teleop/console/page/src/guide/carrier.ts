@@ -1,9 +1,10 @@
 /** Has a simulated robot carried off, by the services of its playground. */
 
 import { effect, signal, type ReadonlySignal } from "@preact/signals";
-import { check, type Field } from "../link/message_checks/field";
+import type { Field } from "../link/message_checks/field";
 import { pose } from "../link/message_checks/geometry";
 import type { RobotWire } from "../link/robot_wire";
+import { readReply } from "../link/service_calls";
 import type { RobotState } from "../robot/robot_state";
 import type { Pose } from "../values";
 
@@ -38,17 +39,13 @@ export class Carrier {
     const reply = await this.#wire.call("/playground/set_entity_state", {
       entity: "robot", set_pose: true, state: { pose: far ?? this.#places[0] },
     });
-    if (!reply.ok) {
-      return reply.words;
-    }
-    const failed = check(readFailure, reply.values);
-    return failed.ok ? failed.value : failed.complaint;
+    const failed = readReply(reply, readFailure);
+    return failed.ok ? failed.value : failed.words;
   }
 
   async #look(): Promise<void> {
-    const reply = await this.#wire.call("/playground/get_named_poses", {});
-    const places = reply.ok ? check(readPlaces, reply.values) : undefined;
-    this.#places = places?.ok === true ? places.value : [];
+    const places = readReply(await this.#wire.call("/playground/get_named_poses", {}), readPlaces);
+    this.#places = places.ok ? places.value : [];
     this.#there.value = this.#places.length > 0;
   }
 }

@@ -1,6 +1,7 @@
 /** How a hint comes about: a pure function from state and event to state. */
 
-import { headingOfDrag, isFinitePose, moved, planar, samePose, turned } from "./hint_geometry";
+import { planar } from "../scene/geometry";
+import { headingOfDrag, isFinitePose, moved, samePose, turned } from "./hint_geometry";
 import { NO_HINT, VERDICT_TIMEOUT, type HintEvent, type HintState } from "./hint_state";
 
 /** Return the state after an event; the same object if the event changes nothing. */

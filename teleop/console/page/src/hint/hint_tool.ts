@@ -3,9 +3,9 @@
 import { effect, signal, untracked, type ReadonlySignal } from "@preact/signals";
 import type { RobotCommands } from "../robot/robot_commands";
 import type { RobotState } from "../robot/robot_state";
-import type { Answer, PlanarPose, Pose } from "../values";
+import type { PlanarPose, Pose } from "../values";
 import { watchPointer, type FloorPoint } from "../scene/floor_pointer";
-import { planar } from "./hint_geometry";
+import { planar } from "../scene/geometry";
 import { watchKeys } from "./hint_key_watch";
 import { hintKey } from "./hint_keys";
 import { HintPreviews, type PreviewClock } from "./hint_previews";
@@ -141,14 +141,14 @@ export class HintTool {
 
   /** Undo the last placement. */
   async undo(): Promise<void> {
-    const answer = await settled(this.commands.undoHint());
+    const answer = await this.commands.request("undo");
     this.placed.value = false;
     this.dispatch({ type: "undone", answer });
   }
 
   /** Have the whole map searched. */
   async find(): Promise<void> {
-    this.dispatch({ type: "searched", answer: await settled(this.commands.findRobot()) });
+    this.dispatch({ type: "searched", answer: await this.commands.request("find") });
   }
 
   /** Move or turn the ghost, for buttons; or press and drag on the floor, for what points at it. */
@@ -262,14 +262,5 @@ export class HintTool {
     };
     cancel = this.clock.after(RENEW, again);
     return () => { cancel(); };
-  }
-}
-
-/** Return the answer, or a failed one with the reason. */
-async function settled(answer: Promise<Answer>): Promise<Answer> {
-  try {
-    return await answer;
-  } catch (error) {
-    return { success: false, message: error instanceof Error ? error.message : String(error) };
   }
 }

@@ -17,9 +17,9 @@ export interface IntakeParts {
 
 /** A kind of message: how it is read and what is done with it. */
 export interface Kind<T> {
-  readonly read: (message: Field, receivedAt: number) => T;
-  readonly use: (value: T, receivedAt: number, topic: string) => void;
-  readonly stampOf?: (value: T) => number;
+  read(message: Field, receivedAt: number): T;
+  use(value: T, receivedAt: number, topic: string): void;
+  stampOf?(value: T): number;
 }
 
 /** How a topic is asked for. */

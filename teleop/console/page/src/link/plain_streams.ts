@@ -1,7 +1,7 @@
 /** The topics that the page listens to on a rosbridge that it knows nothing of: found by their types. */
 
 import { canonicalType } from "./message_checks/answers";
-import type { Kind, MessageIntake } from "./message_intake";
+import type { MessageIntake } from "./message_intake";
 import type { MessageKinds } from "./message_kinds";
 import { CONTROL_TOPIC, CONTROL_TYPE } from "./robot_streams";
 import type { Stream } from "./subscriptions";
@@ -21,59 +21,33 @@ interface Wish {
   readonly not?: RegExp;
 }
 
-type WishName =
-  | "transforms" | "fixedTransforms" | "estimate" | "odometry" | "inertial" | "cloud" | "scan" | "grid" | "image"
-  | "description";
-
 const TF = ["tf2_msgs/TFMessage", "tf/tfMessage"];
 const LIVE = { other: true, latched: false } as const;
 const KEPT = { throttle: 0, latched: true } as const;
 
-const WISHES: Readonly<Record<WishName, Wish>> = {
-  transforms: { types: TF, usual: "/tf", other: false, throttle: 0, latched: false },
-  fixedTransforms: { types: TF, usual: "/tf_static", other: false, ...KEPT },
-  description: { types: ["std_msgs/String"], usual: "/robot_description", other: false, ...KEPT },
-  grid: { types: ["nav_msgs/OccupancyGrid"], usual: "/map", other: true, ...KEPT, not: /costmap/ },
-  estimate: {
-    types: ["geometry_msgs/PoseWithCovarianceStamped"], usual: "/amcl_pose", other: false, throttle: 100, latched: false,
-  },
-  odometry: { types: ["nav_msgs/Odometry"], usual: "/odom", ...LIVE, throttle: 50, not: /ground_truth/ },
-  scan: { types: ["sensor_msgs/LaserScan"], usual: "/scan", ...LIVE, throttle: 200 },
+const WISHES: readonly (readonly [kind: keyof MessageKinds, wish: Wish])[] = [
+  ["fixedTransforms", { types: TF, usual: "/tf_static", other: false, ...KEPT }],
+  ["description", { types: ["std_msgs/String"], usual: "/robot_description", other: false, ...KEPT }],
+  ["grid", { types: ["nav_msgs/OccupancyGrid"], usual: "/map", other: true, ...KEPT, not: /costmap/ }],
+  ["transforms", { types: TF, usual: "/tf", other: false, throttle: 0, latched: false }],
+  ["odometry", { types: ["nav_msgs/Odometry"], usual: "/odom", ...LIVE, throttle: 50, not: /ground_truth/ }],
+  ["estimate", { types: ["geometry_msgs/PoseWithCovarianceStamped"], usual: "/amcl_pose", other: false, throttle: 100, latched: false }],
+  ["scan", { types: ["sensor_msgs/LaserScan"], usual: "/scan", ...LIVE, throttle: 200 }],
   // Clouds in JSON take four bytes for three, and a depth camera has ten times a scanner's points.
-  cloud: { types: ["sensor_msgs/PointCloud2"], usual: "/points", ...LIVE, throttle: 500, better: /local|lidar|velodyne/ },
-  inertial: { types: ["sensor_msgs/Imu"], usual: "/imu/data", ...LIVE, throttle: 100 },
-  image: {
-    types: ["sensor_msgs/CompressedImage"], usual: "/image_raw/compressed", ...LIVE, throttle: 200,
-    not: /depth|[tT]heora/,
-  },
-};
-
-const MOST_TOPICS = 30;
+  ["cloud", { types: ["sensor_msgs/PointCloud2"], usual: "/points", ...LIVE, throttle: 500, better: /local|lidar|velodyne/ }],
+  ["inertial", { types: ["sensor_msgs/Imu"], usual: "/imu/data", ...LIVE, throttle: 100 }],
+  ["image", { types: ["sensor_msgs/CompressedImage"], usual: "/image_raw/compressed", ...LIVE, throttle: 200, not: /depth|[tT]heora/ }],
+];
 
 export function plainStreams(
   intake: MessageIntake, kinds: MessageKinds, topics: ReadonlyMap<string, string> | undefined, pictures: boolean,
 ): Stream[] {
-  const streams: Stream[] = [];
-  const listen = <T>(wish: Wish, kind: Kind<T>): void => {
+  const streams = WISHES.filter(([kind]) => pictures || kind !== "image").flatMap(([kind, wish]) => {
     const found = choose(wish, topics);
-    if (found !== undefined && streams.length < MOST_TOPICS) {
-      const { throttle, latched } = wish;
-      // Not every server has CBOR; all have JSON.
-      streams.push(intake.stream({ ...found, throttle, latched, cbor: false }, kind));
-    }
-  };
-  listen(WISHES.fixedTransforms, kinds.fixedTransforms);
-  listen(WISHES.description, kinds.description);
-  listen(WISHES.grid, kinds.grid);
-  listen(WISHES.transforms, kinds.transforms);
-  listen(WISHES.odometry, kinds.odometry);
-  listen(WISHES.estimate, kinds.estimate);
-  listen(WISHES.scan, kinds.scan);
-  listen(WISHES.cloud, kinds.cloud);
-  listen(WISHES.inertial, kinds.inertial);
-  if (pictures) {
-    listen(WISHES.image, kinds.image);
-  }
+    const { throttle, latched } = wish;
+    // Not every server has CBOR; all have JSON.
+    return found === undefined ? [] : [intake.stream({ ...found, throttle, latched, cbor: false }, kinds[kind])];
+  });
   if (topics === undefined) {
     // A server that does not say what there is may still be our robot.
     streams.push(intake.stream({ topic: CONTROL_TOPIC, type: CONTROL_TYPE, cbor: false }, kinds.control));
@@ -82,7 +56,7 @@ export function plainStreams(
 }
 
 /** The topic for a wish, and its type as the server calls it; undefined if there is none. */
-export function choose(
+function choose(
   wish: Wish, topics: ReadonlyMap<string, string> | undefined,
 ): { readonly topic: string; readonly type: string } | undefined {
   if (topics === undefined) {

@@ -2,16 +2,15 @@
 
 import { JOY_LAYOUT } from "../operating_data";
 import type { CameraCommands, PhotoAnswer, StepCommands, StepGoal, StepListener } from "../robot/robot_actions";
-import type { RobotCommands } from "../robot/robot_commands";
+import type { RobotCommands, Wish } from "../robot/robot_commands";
 import type { RobotState } from "../robot/robot_state";
 import type { Answer, HintPreview, PlanarPose } from "../values";
-import { linkTexts } from "../texts/link";
 import { ActionGoals, type GoalListener } from "./action_goals";
 import { canonicalType, readPreview } from "./message_checks/answers";
 import { check } from "./message_checks/field";
 import { readPhoto, readStepEnd, readStepProgress } from "./message_checks/step_messages";
 import type { RosbridgeClient } from "./rosbridge_client";
-import type { ServiceCalls } from "./service_calls";
+import { readReply, type ServiceCalls } from "./service_calls";
 
 /** What the commands need of the connection. */
 export interface CommandParts {
@@ -30,6 +29,17 @@ const JOY = "sensor_msgs/Joy";
 const TWIST = "geometry_msgs/Twist";
 const TWIST_STAMPED = "geometry_msgs/TwistStamped";
 const HINT = "geometry_msgs/PoseWithCovarianceStamped";
+
+const SERVICES: Record<Wish, string> = {
+  estop: "/teleop/estop",
+  resetEstop: "/teleop/estop_reset",
+  takeOver: "/teleop/take_over",
+  ask: "/teleop/ask",
+  give: "/teleop/give",
+  refuse: "/teleop/refuse",
+  undo: "/localization/undo",
+  find: "/localization/relocalize",
+};
 
 /** The robot waits up to 10 s for a picture, and as long for its disk [s]. */
 const PHOTO_PATIENCE = 25;
@@ -83,43 +93,12 @@ export class RobotCommander implements RobotCommands, StepCommands, CameraComman
   async previewHint(pose: PlanarPose): Promise<HintPreview | undefined> {
     const request = { pose: poseMessage(pose) };
     const reply = await this.#parts.calls.call("/localization/preview_hint", request, 3);
-    if (!reply.ok) {
-      return undefined;
-    }
-    const preview = check((values) => readPreview(values, pose), reply.values);
+    const preview = readReply(reply, (values) => readPreview(values, pose));
     return preview.ok ? preview.value : undefined;
   }
 
-  estop(): Promise<Answer> {
-    return this.#parts.calls.trigger("/teleop/estop");
-  }
-
-  resetEstop(): Promise<Answer> {
-    return this.#parts.calls.trigger("/teleop/estop_reset");
-  }
-
-  takeOver(): Promise<Answer> {
-    return this.#parts.calls.trigger("/teleop/take_over");
-  }
-
-  askForControl(): Promise<Answer> {
-    return this.#parts.calls.trigger("/teleop/ask");
-  }
-
-  giveControl(): Promise<Answer> {
-    return this.#parts.calls.trigger("/teleop/give");
-  }
-
-  refuseControl(): Promise<Answer> {
-    return this.#parts.calls.trigger("/teleop/refuse");
-  }
-
-  undoHint(): Promise<Answer> {
-    return this.#parts.calls.trigger("/localization/undo");
-  }
-
-  findRobot(): Promise<Answer> {
-    return this.#parts.calls.trigger("/localization/relocalize");
+  request(wish: Wish): Promise<Answer> {
+    return this.#parts.calls.trigger(SERVICES[wish]);
   }
 
   step({ held = false, ...goal }: StepGoal, listener: StepListener): (() => void) | undefined {
@@ -132,9 +111,8 @@ export class RobotCommander implements RobotCommands, StepCommands, CameraComman
         }
       },
       ended: (how) => {
-        const end = how.ok ? check(readStepEnd, how.values) : undefined;
-        const words = how.ok ? (end?.ok === false ? linkTexts.answers.unreadable(end.complaint) : "") : how.words;
-        listener.ended(end?.ok === true ? end.value : { outcome: "", message: words, distance: 0, angle: 0, duration: 0 });
+        const end = readReply(how, readStepEnd);
+        listener.ended(end.ok ? end.value : { outcome: "", message: end.words, distance: 0, angle: 0, duration: 0 });
       },
     });
   }
@@ -145,13 +123,8 @@ export class RobotCommander implements RobotCommands, StepCommands, CameraComman
   }
 
   async takePhoto(): Promise<PhotoAnswer> {
-    const reply = await this.#parts.calls.call("/camera/photo", {}, PHOTO_PATIENCE);
-    const answer = reply.ok ? check(readPhoto, reply.values) : undefined;
-    if (answer?.ok === true) {
-      return answer.value;
-    }
-    const message = reply.ok ? linkTexts.answers.unreadable(answer?.complaint ?? "") : reply.words;
-    return { success: false, message, name: "" };
+    const answer = readReply(await this.#parts.calls.call("/camera/photo", {}, PHOTO_PATIENCE), readPhoto);
+    return answer.ok ? answer.value : { success: false, message: answer.words, name: "" };
   }
 
   videoTicket(): Promise<Answer> {

@@ -18,7 +18,8 @@ export interface RobotWire {
   publishPlain(topic: string, type: string, message: object): boolean;
   /** Call a service that answers within some seconds, or within these. */
   call(service: string, request: object, seconds?: number): Promise<Reply>;
-  trigger(service: string): Promise<Answer>;
+  /** Call a service that answers whether it was done, and why not. */
+  trigger(service: string, request?: object, seconds?: number): Promise<Answer>;
   /** Send a goal; returns what cancels it, or undefined if it cannot be sent now. */
   goal(action: string, type: string, goal: object, listener: GoalListener): (() => void) | undefined;
 }
@@ -32,7 +33,7 @@ export function robotWire(
     publish: (topic, type, frame, message) => commander.publish(topic, type, { ...commander.header(frame), ...message }),
     publishPlain: (topic, type, message) => commander.publish(topic, type, message),
     call: (service, request, seconds) => calls.call(service, request, seconds),
-    trigger: (service) => calls.trigger(service),
+    trigger: (service, request, seconds) => calls.trigger(service, request, seconds),
     goal: (action, type, goal, listener) => commander.goal(action, type, goal, listener),
   };
 }

@@ -2,8 +2,9 @@
 
 import { linkTexts } from "../texts/link";
 import type { Answer } from "../values";
+import type { GoalEnd } from "./action_goals";
 import { readAnswer } from "./message_checks/answers";
-import { check } from "./message_checks/field";
+import { check, type Reader } from "./message_checks/field";
 import type { RosbridgeClient } from "./rosbridge_client";
 
 /** What a service answered; or in words why there is no answer. */
@@ -15,6 +16,11 @@ export type Reply =
     /** Whether the server itself said so. */
     readonly refused: boolean;
   };
+
+/** A reply as it was read; or in words why there is none, or none that can be read. */
+export type ReadReply<T> =
+  | { readonly ok: true; readonly value: T }
+  | { readonly ok: false; readonly words: string };
 
 const PATIENCE = 5;
 
@@ -62,15 +68,20 @@ export class ServiceCalls {
     });
   }
 
-  /** Call a `std_srvs/Trigger`. */
-  async trigger(name: string): Promise<Answer> {
-    const reply = await this.call(name);
-    if (!reply.ok) {
-      return { success: false, message: reply.words };
-    }
-    const answer = check(readAnswer, reply.values);
-    return answer.ok ? answer.value : { success: false, message: linkTexts.answers.unreadable(answer.complaint) };
+  /** Call a service that answers as `std_srvs/Trigger` does: whether it was done, and a message. */
+  async trigger(name: string, request: object = {}, seconds = PATIENCE): Promise<Answer> {
+    const answer = readReply(await this.call(name, request, seconds), readAnswer);
+    return answer.ok ? answer.value : { success: false, message: answer.words };
   }
+}
+
+/** Read the reply to a call, or the end of a goal. */
+export function readReply<T>(reply: GoalEnd, reader: Reader<T>): ReadReply<T> {
+  if (!reply.ok) {
+    return reply;
+  }
+  const read = check(reader, reply.values);
+  return read.ok ? read : { ok: false, words: linkTexts.answers.unreadable(read.complaint) };
 }
 
 function reasonOf(reason: unknown): string {

@@ -1,11 +1,11 @@
 /** The small map over the picture; a tap shows the whole map in it, or the robot's surroundings again. */
 
-import { useComputed, useSignalEffect, type Signal } from "@preact/signals";
+import { useComputed, useSignalEffect } from "@preact/signals";
 import { useEffect, useMemo, useRef } from "preact/hooks";
 import { depend } from "../scene/depend";
 import { drawMinimap } from "../scene/minimap";
 import { COLOURS } from "../scene/palette";
-import { browserKeeper, remembered } from "../scene/stored_signals";
+import { browserKeeper, rememberedSwitch } from "../scene/stored_signals";
 import { pageTexts as texts } from "../texts/page";
 import type { PageParts } from "./page_parts";
 
@@ -15,7 +15,7 @@ const PERIOD = 200;
 export function MinimapView({ parts: { scene, settings, state } }: { readonly parts: PageParts }) {
   const canvas = useRef<HTMLCanvasElement>(null);
   const whole = useMemo(
-    (): Signal<boolean> => remembered("farsteer.wholeMap", false, (kept) => (typeof kept === "boolean" ? kept : undefined), browserKeeper()), [],
+    () => rememberedSwitch("farsteer.wholeMap", false, browserKeeper()), [],
   );
   const shown = useComputed(() => settings.layers.value.minimap && settings.view.value !== "top"
     && (scene.plan.value !== undefined || state.mapFromBase.value !== undefined));

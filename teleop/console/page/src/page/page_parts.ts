@@ -1,6 +1,6 @@
 /** The long-lived parts of the page, made once and joined: link, picture, driving, hint, alarms, events. */
 
-import { effect, signal, type ReadonlySignal, type Signal } from "@preact/signals";
+import { effect, signal, type ReadonlySignal } from "@preact/signals";
 import { Alarms } from "../alarms/alarms";
 import { browserAlarmEnvironment } from "../alarms/browser_environment";
 import { CameraFeed } from "../camera/camera_feed";
@@ -20,7 +20,7 @@ import type { Foresight } from "../prediction/foresight";
 import type { RobotCommands } from "../robot/robot_commands";
 import { Runs } from "../runs/runs";
 import { unknownState, type LinkStatisticsSignal, type RobotState } from "../robot/robot_state";
-import { browserKeeper, remembered } from "../scene/stored_signals";
+import { browserKeeper, remembered, rememberedSwitch } from "../scene/stored_signals";
 import { Scene } from "../scene/scene";
 import { sceneSettings, type SceneSettings } from "../scene/settings";
 import { friendlyName, validName } from "../session/person_name";
@@ -88,9 +88,7 @@ export function startParts(address: string, version: string, canvas: HTMLCanvasE
   const state = unknownState();
   const events = new EventLog();
   const settings = sceneSettings();
-  const lean: Signal<boolean> = remembered(
-    "farsteer.lean", false, (kept) => (typeof kept === "boolean" ? kept : undefined), browserKeeper(),
-  );
+  const lean = rememberedSwitch("farsteer.lean", false, browserKeeper());
   const token = takeToken(PLACES);
   const name = remembered("farsteer.name", "", validName, browserKeeper());
   name.value ||= friendlyName();
@@ -108,9 +106,8 @@ export function startParts(address: string, version: string, canvas: HTMLCanvasE
   });
   scene.givesWay = () => driving.held;
   const hint = new HintTool(canvas, scene, commands, state);
-  const guide = new FirstDrive(state, new Carrier(link.wire, state), remembered(
-    "farsteer.guide-closed", false, (kept) => (typeof kept === "boolean" ? kept : undefined), browserKeeper(),
-  ));
+  const guideClosed = rememberedSwitch("farsteer.guide-closed", false, browserKeeper());
+  const guide = new FirstDrive(state, new Carrier(link.wire, state), guideClosed);
   const steps = new StepControl(commands);
   steps.stopWhenHidden(document);
   const there = new DriveThere({

@@ -160,7 +160,6 @@ export interface StreamStatistics {
   readonly dropped: number;
 }
 
-/** How good the connection is, renewed twice a second. */
 /** A part of the way of what is seen, or of a command. */
 export type HopName = "robot" | "queue" | "wireDown" | "page" | "drawn" | "hand" | "wireUp" | "gateway" | "control";
 
@@ -172,6 +171,7 @@ export interface Hop {
   readonly grows: boolean;
 }
 
+/** How good the connection is, renewed twice a second. */
 export interface LinkStatistics {
   /** Round trip now and 95th percentile of the last minute [ms]; undefined before the first. */
   readonly roundTrip: number | undefined;

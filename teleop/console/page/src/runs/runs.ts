@@ -1,7 +1,6 @@
 /** The robot's runs: begin and end one, list and fetch them; pictures of the page's own. */
 
 import { signal, type ReadonlySignal } from "@preact/signals";
-import { readAnswer } from "../link/message_checks/answers";
 import { check, type Field } from "../link/message_checks/field";
 import type { RobotWire } from "../link/robot_wire";
 import type { RobotState } from "../robot/robot_state";
@@ -20,7 +19,7 @@ export interface RunFacts {
 }
 
 export interface RunsParts {
-  readonly wire: Pick<RobotWire, "stream" | "listen" | "trigger" | "call">;
+  readonly wire: Pick<RobotWire, "stream" | "listen" | "trigger">;
   readonly state: RobotState;
   /** Address of the robot's files, such as `http://192.168.1.7:9090`. */
   readonly robot: string;
@@ -101,9 +100,7 @@ export class Runs {
   }
 
   async #change(service: string, request: object): Promise<void> {
-    const reply = await this.#parts.wire.call(service, request);
-    const answer = reply.ok ? check(readAnswer, reply.values) : undefined;
-    const { success, message } = answer?.ok === true ? answer.value : { success: false, message: reply.ok ? "" : reply.words };
+    const { success, message } = await this.#parts.wire.trigger(service, request);
     this.#parts.events(success ? "info" : "warning", success ? message : texts.notChanged(message));
     await this.refresh();
   }

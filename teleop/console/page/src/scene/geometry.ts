@@ -19,6 +19,11 @@ export function headingOf({ x, y, z, w }: Quaternion): number {
   return Math.atan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z));
 }
 
+/** Return a pose's part on the floor. */
+export function planar({ position: { x, y }, orientation }: Pose): PlanarPose {
+  return { x, y, yaw: headingOf(orientation) };
+}
+
 /** Return a pose standing upright on a floor of height z [m]. */
 export function upright({ x, y, yaw }: PlanarPose, z: number): Pose {
   const orientation = { x: 0, y: 0, z: Math.sin(yaw / 2), w: Math.cos(yaw / 2) };

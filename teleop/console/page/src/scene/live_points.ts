@@ -3,7 +3,7 @@
 import { Group, Quaternion, Vector3 } from "three";
 import type { CloudPoints, Pose } from "../values";
 import { CloudLayer, PointBuffer, type CloudLook } from "./cloud_layer";
-import { headingOf } from "./geometry";
+import { planar } from "./geometry";
 import { OldSweeps, OLD_POINTS, thinned } from "./old_sweeps";
 import type { SceneColours } from "./palette";
 import { place } from "./robot_layer";
@@ -45,8 +45,7 @@ export class LivePoints {
   setCloud(cloud: CloudPoints | undefined, pose: Pose | undefined, now: number, decay: number): void {
     const [before, beforePose] = [this.#last, this.cloudPose];
     if (before !== undefined && beforePose !== undefined && decay > 0 && inWorld(before)) {
-      const { x, y } = beforePose.position;
-      const from = { x, y, yaw: headingOf(beforePose.orientation) };
+      const from = planar(beforePose);
       const rate = cloud === undefined ? LEAST_RATE : 1000 / Math.max(cloud.receivedAt - before.receivedAt, 1);
       if (this.#old.isNews(from)) {
         this.#old.push(before.positions, before.distances, from, now / 1000, decay, Math.min(Math.max(rate, LEAST_RATE), 20));

@@ -41,6 +41,11 @@ export function remembered<T>(
   return value;
 }
 
+/** Return a switch that begins as it was kept. */
+export function rememberedSwitch(key: string, initial: boolean, keeper: Keeper | undefined): Signal<boolean> {
+  return remembered(key, initial, (kept) => (typeof kept === "boolean" ? kept : undefined), keeper);
+}
+
 function read<T>(key: string, check: (kept: unknown) => T | undefined, keeper: Keeper | undefined): T | undefined {
   try {
     const text = keeper?.getItem(key);

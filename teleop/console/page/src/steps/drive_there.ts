@@ -6,7 +6,7 @@ import { HoldSource } from "../driving/hold_source";
 import type { DriveSource } from "../driving/drive_source";
 import type { RobotState } from "../robot/robot_state";
 import { watchPointer, type FloorPoint } from "../scene/floor_pointer";
-import { headingOf } from "../scene/geometry";
+import { planar } from "../scene/geometry";
 import { stepTexts as texts } from "../texts/steps";
 import type { PlanarPose } from "../values";
 import type { StepControl } from "./step_control";
@@ -41,7 +41,7 @@ export class DriveThere {
     this.target = this.#target;
     this.#pose = computed(() => {
       const pose = state.mapFromBase.value;
-      return pose && { x: pose.position.x, y: pose.position.y, yaw: headingOf(pose.orientation) };
+      return pose && planar(pose);
     });
     this.way = computed(() => {
       const [pose, target] = [this.#pose.value, this.#target.value];

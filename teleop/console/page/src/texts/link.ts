@@ -36,7 +36,6 @@ export const linkTexts = {
     newRun: "The robot has started anew: what belonged to its last run is cleared.",
     clockBack: "The robot's clock has gone back: what belonged to its last run is cleared.",
     otherMap: (name: string): string => `The robot has another map, ${name}: what belonged to the last one is cleared.`,
-    robotSays: (words: string): string => `The robot says: ${words}`,
     unreadable: "A frame of the robot cannot be read.",
     complaint: (source: string, complaint: string): string => `${source}: ${complaint}`,
     repeated: (source: string, complaint: string, count: number): string => `${source}: ${complaint} (${count} times more)`,
@@ -45,7 +44,6 @@ export const linkTexts = {
     mapUnverified: "The map's hash cannot be checked, since this page is not on a secure connection (https or localhost).",
     mapWrong: "The map that came is not the one that the robot uses: its SHA-256 differs. It is not shown.",
     mapBad: (reason: string): string => `The map cannot be read: ${reason}.`,
-    noMapOfTopic: "The rosbridge gives no map of points; an occupancy grid is shown if there is one.",
   },
 
   answers: {

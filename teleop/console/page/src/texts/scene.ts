@@ -9,7 +9,6 @@ export const sceneTexts = {
   notLocated: "not located yet",
   distance: {
     title: "Live points: distance to the map",
-    onMap: "on the map",
     off: (metres: number) => `${metres.toFixed(1)} m off or more`,
     unknown: "unknown",
   },

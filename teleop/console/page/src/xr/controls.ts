@@ -186,7 +186,7 @@ function lastKeys({ driving, state, leave }: ControlParts): Key[] {
     ]
     : [{ label: drivingTexts.release, press: () => { estop.askReset(); } }];
   const others = turns.turns.value.mayTakeOver && turns.turns.value.driver === "other"
-    ? [{ label: drivingTexts.takeOver, press: () => { void turns.takeOver(); } }] : [];
+    ? [{ label: drivingTexts.takeOver, press: () => { void turns.request("takeOver"); } }] : [];
   return [
     ...(latched ? release : [{ label: drivingTexts.estop, bad: true, press: () => { driving.emergencyStop(); } }]),
     ...others,

@@ -1,13 +1,13 @@
 import fc from "fast-check";
 import { describe, expect, it } from "vitest";
 import table from "../../../../../tests/teleop/operator/alarm_cases.json";
-import { askingUs, stopFacts, tiltFacts, tiltOf } from "../../src/alarms/alarm_facts";
+import { alarmFacts, stopFacts, tiltFacts, tiltOf } from "../../src/alarms/alarm_facts";
 import { alarmsOf } from "../../src/alarms/alarm_rules";
 import { colourOf, LINK_THRESHOLDS, linkWord } from "../../src/alarms/link_grade";
 import { ALARM_RULES } from "../../src/operating_data";
-import type { LinkStatistics } from "../../src/robot/robot_state";
+import { unknownState, type LinkStatistics } from "../../src/robot/robot_state";
 import type { Facts } from "../../src/texts/filled";
-import type { ControlState, Session } from "../../src/values";
+import { CONTROL, ME, OTHER, SESSION } from "../driving/harness";
 
 const WELL: Facts = table.well;
 
@@ -61,26 +61,17 @@ describe("tilt", () => {
 });
 
 describe("who asks for the robot", () => {
-  const control: ControlState = {
-    stamp: 1, state: "armed", reason: "", controller: "client 4 (127.0.0.1:53284)", armed: true, estop: false, commandAge: 0,
-    linear: 0, angular: 0, linkAge: 0, slowAbove: 0.5, refuseAbove: 1, asking: 7, askingName: "anna", guard: "free", guardReason: "", guardOffBy: "",
-  };
-  const session: Session = {
-    client: 4, name: "client 4 (127.0.0.1:53284)", role: "", tokens: false,
-    mayDrive: true, mayStop: true, mayReset: true, mayHint: true, maySearch: true, mayTakeOver: true, mayShare: false, link: false, mayPlay: false,
-  };
-
-  it("is told to the one who drives", () => {
-    expect(askingUs(control, session)).toBe("anna");
-    expect(askingUs({ ...control, askingName: "" }, session)).toBe("client 7");
-    expect(askingUs({ ...control, controller: "anna (client 4)" }, session)).toBe("anna");
-  });
-
-  it("is not told to others, nor when nobody asks", () => {
-    expect(askingUs(control, { ...session, client: 9, name: "client 9" })).toBeUndefined();
-    expect(askingUs({ ...control, controller: "client 40" }, { ...session, name: "me" })).toBeUndefined();
-    expect(askingUs({ ...control, asking: 0 }, session)).toBeUndefined();
-    expect(askingUs(undefined, session)).toBeUndefined();
+  it("is told to the one who drives, and to nobody else", () => {
+    const state = unknownState();
+    const asking = () => alarmFacts(state, undefined, 0, undefined, true).asking;
+    state.control.value = { ...CONTROL, controller: ME, asking: 3, askingName: "anna" };
+    expect(asking()).toBeUndefined();
+    state.session.value = SESSION;
+    expect(asking()).toBe("anna");
+    state.control.value = { ...CONTROL, controller: OTHER, asking: 3, askingName: "anna" };
+    expect(asking()).toBeUndefined();
+    state.control.value = { ...CONTROL, controller: ME };
+    expect(asking()).toBeUndefined();
   });
 });
 

@@ -3,11 +3,8 @@ import { Alarms, type AlarmEnvironment } from "../../src/alarms/alarms";
 import { AlarmSound } from "../../src/alarms/alarm_sound";
 import { unknownState, type RobotState } from "../../src/robot/robot_state";
 import type { ControlState, LocalizationStatus, Severity } from "../../src/values";
+import { CONTROL } from "../driving/harness";
 
-const CONTROL: ControlState = {
-  stamp: 1, state: "idle", reason: "", controller: "", armed: false, estop: false, commandAge: 0,
-  linear: 0, angular: 0, linkAge: 0, slowAbove: 0.5, refuseAbove: 1, asking: 0, askingName: "", guard: "free", guardReason: "", guardOffBy: "",
-};
 const STATUS: LocalizationStatus = { stamp: 1, health: "tracking", reasons: [], fit: 1, positionSigma: 0.01, headingSigma: 0.01 };
 
 /** A sound that writes down what was played. */
@@ -36,7 +33,7 @@ function environment(): AlarmEnvironment {
     },
     sound: heard,
     vibrate: (pattern) => { vibrated.push(pattern); },
-    kept: { read: () => kept, write: (value) => { kept = value; } },
+    keeper: { getItem: () => kept, setItem: (_key, value) => { kept = value; } },
     onGesture: (callback) => { gesture = callback; return () => undefined; },
   };
 }
@@ -102,7 +99,7 @@ describe("the alarms of a robot", () => {
 
   it("are not heard when muted, and the choice is kept", () => {
     alarms.muted.value = true;
-    expect(kept).toBe("muted");
+    expect(kept).toBe("true");
     report(500, { estop: true });
     expect(kinds()).toEqual(["estop"]);
     expect(heard.played).toEqual([]);

@@ -4,9 +4,10 @@ import { signal } from "@preact/signals";
 import { Group, PerspectiveCamera } from "three";
 import { Arm } from "../../src/arm/arm";
 import type { GoalListener } from "../../src/link/action_goals";
+import { readAnswer } from "../../src/link/message_checks/answers";
 import { Field } from "../../src/link/message_checks/field";
 import type { RobotWire } from "../../src/link/robot_wire";
-import type { Reply } from "../../src/link/service_calls";
+import { readReply, type Reply } from "../../src/link/service_calls";
 import type { Theme } from "../../src/scene/settings";
 import { robotModel } from "../../src/scene/robot_model";
 import { Harness } from "../driving/harness";
@@ -117,6 +118,10 @@ export class ArmBench {
       }
       return this.reachable;
     };
+    const call = (service: string, request: object): Promise<Reply> => {
+      this.calls.push({ service, request });
+      return Promise.resolve(this.reply);
+    };
     return {
       stream: ({ topic, type, throttle = 0 }, kind) => {
         this.throttles.push(throttle);
@@ -130,11 +135,11 @@ export class ArmBench {
       },
       publish: (topic, _type, frame, message) => publish(topic, frame, message),
       publishPlain: (topic, _type, message) => publish(topic, "", message),
-      call: (service, request) => {
-        this.calls.push({ service, request });
-        return Promise.resolve(this.reply);
+      call,
+      trigger: async (service, request = {}) => {
+        const answer = readReply(await call(service, request), readAnswer);
+        return answer.ok ? answer.value : { success: false, message: answer.words };
       },
-      trigger: () => Promise.resolve({ success: true, message: "" }),
       goal: (action, _type, goal, listener) => {
         if (!this.reachable) {
           return undefined;

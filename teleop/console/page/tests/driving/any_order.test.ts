@@ -1,9 +1,6 @@
 import fc from "fast-check";
-import { afterEach, beforeEach, expect, it, vi } from "vitest";
+import { expect, it } from "vitest";
 import { Harness, OTHER, moves, type SentJoy } from "./harness";
-
-beforeEach(() => { vi.useFakeTimers(); });
-afterEach(() => { vi.useRealTimers(); });
 
 const KEYS = ["KeyW", "KeyA", "ArrowDown", "ArrowRight"] as const;
 

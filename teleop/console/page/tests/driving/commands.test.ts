@@ -1,17 +1,11 @@
-import { afterEach, beforeEach, describe, expect, it, vi } from "vitest";
+import { afterEach, beforeEach, describe, expect, it } from "vitest";
 import { geared } from "../../src/driving/gears";
 import { CONTROL, Harness, ME, OTHER, moves } from "./harness";
 
 let page: Harness;
 
-beforeEach(() => {
-  vi.useFakeTimers();
-  page = new Harness();
-});
-afterEach(() => {
-  page.dispose();
-  vi.useRealTimers();
-});
+beforeEach(() => { page = new Harness(); });
+afterEach(() => { page.dispose(); });
 
 describe("the stream of commands", () => {
   it("is silent while nothing is held", () => {

@@ -1,17 +1,11 @@
-import { afterEach, beforeEach, describe, expect, it, vi } from "vitest";
+import { afterEach, beforeEach, describe, expect, it } from "vitest";
 import { turnsOf } from "../../src/driving/turn_taking";
 import { CONTROL, Harness, ME, OTHER, SESSION } from "./harness";
 
 let page: Harness;
 
-beforeEach(() => {
-  vi.useFakeTimers();
-  page = new Harness();
-});
-afterEach(() => {
-  page.dispose();
-  vi.useRealTimers();
-});
+beforeEach(() => { page = new Harness(); });
+afterEach(() => { page.dispose(); });
 
 const LATCHED = { estop: true, state: "estop", armed: false, controller: "", reason: `e-stop by ${ME}` } as const;
 
@@ -37,7 +31,7 @@ describe("the emergency stop", () => {
 
   it("goes on while the connection is lost, and shows why it is refused", async () => {
     page.state.connection.value = { phase: "lost", words: "", sinceAt: 0 };
-    page.answer = () => Promise.reject(new Error("not connected"));
+    page.answer = () => Promise.resolve({ success: false, message: "not connected" });
     page.driving.emergencyStop();
     await page.settle();
     expect(page.driving.estop.pending.value?.refusal).toBe("not connected");
@@ -130,13 +124,13 @@ describe("taking turns", () => {
   });
 
   it("says what came of a request", async () => {
-    await page.driving.turns.ask();
+    await page.driving.turns.request("ask");
     expect(page.driving.turns.outcome.value).toBe("Asked.");
     page.answer = () => Promise.resolve({ success: false, message: "nobody drives" });
-    await page.driving.turns.give();
+    await page.driving.turns.request("give");
     expect(page.driving.turns.outcome.value).toMatch(/nobody drives/);
-    page.answer = () => Promise.reject(new Error("not connected"));
-    await page.driving.turns.refuse();
+    page.answer = () => Promise.resolve({ success: false, message: "not connected" });
+    await page.driving.turns.request("refuse");
     expect(page.driving.turns.outcome.value).toMatch(/not connected/);
     expect(page.calls).toEqual(["ask", "give", "refuse"]);
   });

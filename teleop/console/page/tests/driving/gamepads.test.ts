@@ -1,5 +1,5 @@
 import fc from "fast-check";
-import { afterEach, beforeEach, describe, expect, it, vi } from "vitest";
+import { afterEach, beforeEach, describe, expect, it } from "vitest";
 import { withoutDeadZone } from "../../src/driving/drive_source";
 import { MappingStore, STANDARD_MAPPING, mappingFrom, type GamepadMapping } from "../../src/driving/gamepad_mapping";
 import { completed, pressedButton, pushedAxis, withUse } from "../../src/driving/mapping_capture";
@@ -9,15 +9,11 @@ let page: Harness;
 let pad: FakePad;
 
 beforeEach(() => {
-  vi.useFakeTimers();
   page = new Harness();
   pad = page.plug();
   page.wait(50);
 });
-afterEach(() => {
-  page.dispose();
-  vi.useRealTimers();
-});
+afterEach(() => { page.dispose(); });
 
 function press(button: number, pressed = true): void {
   pad.buttons[button] = { pressed, value: Number(pressed) };

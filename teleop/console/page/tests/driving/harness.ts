@@ -37,7 +37,7 @@ export interface FakePad {
   buttons: { pressed: boolean; value: number }[];
 }
 
-/** Everything that a test of driving needs. */
+/** Everything that a test of driving needs; the clock is its own until it is disposed of. */
 export class Harness {
   readonly state: RobotState = unknownState();
   readonly joys: SentJoy[] = [];
@@ -58,6 +58,7 @@ export class Harness {
   private readonly timer: ReturnType<typeof setInterval>;
 
   constructor(dialect: "farsteer" | "plain" = "farsteer") {
+    vi.useFakeTimers();
     document.body.replaceChildren();
     localStorage.clear();
     Object.defineProperty(document, "visibilityState", { configurable: true, get: () => this.visibility });
@@ -79,6 +80,7 @@ export class Harness {
   dispose(): void {
     clearInterval(this.timer);
     this.driving.dispose();
+    vi.useRealTimers();
   }
 
   /** Let time pass [ms]. */
@@ -156,10 +158,6 @@ export class Harness {
   }
 
   private commands(): RobotCommands {
-    const call = (name: string) => () => {
-      this.calls.push(name);
-      return this.answer();
-    };
     return {
       joy: (forward, turn, deadman, turbo) => {
         if (this.reachable) {
@@ -173,16 +171,12 @@ export class Harness {
         }
         return this.reachable;
       },
-      estop: call("estop"),
-      resetEstop: call("resetEstop"),
-      takeOver: call("takeOver"),
-      askForControl: call("ask"),
-      giveControl: call("give"),
-      refuseControl: call("refuse"),
+      request: (wish) => {
+        this.calls.push(wish);
+        return this.answer();
+      },
       hint: () => false,
       previewHint: () => Promise.resolve(undefined),
-      undoHint: call("undo"),
-      findRobot: call("find"),
       authenticate: () => undefined,
     };
   }

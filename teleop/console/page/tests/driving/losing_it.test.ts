@@ -1,16 +1,10 @@
-import { afterEach, beforeEach, describe, expect, it, vi } from "vitest";
+import { afterEach, beforeEach, describe, expect, it } from "vitest";
 import { Harness, OTHER, type FakePad } from "./harness";
 
 let page: Harness;
 
-beforeEach(() => {
-  vi.useFakeTimers();
-  page = new Harness();
-});
-afterEach(() => {
-  page.dispose();
-  vi.useRealTimers();
-});
+beforeEach(() => { page = new Harness(); });
+afterEach(() => { page.dispose(); });
 
 /** Each way to drive at full speed, and how to let go of it. */
 const INPUTS: Record<string, { press: () => void; letGo: () => void }> = {

@@ -1,41 +1,9 @@
 import fc from "fast-check";
 import { describe, expect, it } from "vitest";
-import { headingOf, headingOfDrag, moved, planar, samePose, turned, wrapAngle } from "../../src/hint/hint_geometry";
+import { headingOfDrag, moved, samePose, turned } from "../../src/hint/hint_geometry";
 
 const degrees = Math.PI / 180;
 const number = fc.double({ min: -1e4, max: 1e4, noNaN: true });
-
-describe("wrapAngle", () => {
-  it("keeps the direction and stays within half a turn", () => {
-    fc.assert(fc.property(number, (angle) => {
-      const wrapped = wrapAngle(angle);
-      expect(wrapped).toBeGreaterThanOrEqual(-Math.PI);
-      expect(wrapped).toBeLessThanOrEqual(Math.PI);
-      expect(Math.cos(wrapped)).toBeCloseTo(Math.cos(angle), 6);
-      expect(Math.sin(wrapped)).toBeCloseTo(Math.sin(angle), 6);
-    }));
-  });
-
-  it("goes on from half a turn to the left at half a turn to the right", () => {
-    expect(wrapAngle(181 * degrees)).toBeCloseTo(-179 * degrees);
-    expect(wrapAngle(-181 * degrees)).toBeCloseTo(179 * degrees);
-  });
-});
-
-describe("headingOf", () => {
-  it("is the turn about the vertical, of an orientation with roll and pitch too", () => {
-    const yaw = 2.5;
-    expect(headingOf({ x: 0, y: 0, z: Math.sin(yaw / 2), w: Math.cos(yaw / 2) })).toBeCloseTo(yaw);
-    const pitch = 0.2;
-    const [sy, cy, sp, cp] = [Math.sin(yaw / 2), Math.cos(yaw / 2), Math.sin(pitch / 2), Math.cos(pitch / 2)];
-    expect(headingOf({ x: -sy * sp, y: cy * sp, z: sy * cp, w: cy * cp })).toBeCloseTo(yaw);
-  });
-
-  it("makes a planar pose of a pose", () => {
-    const pose = { position: { x: 1, y: 2, z: 3 }, orientation: { x: 0, y: 0, z: 1, w: 0 } };
-    expect(planar(pose)).toEqual({ x: 1, y: 2, yaw: Math.PI });
-  });
-});
 
 describe("headingOfDrag", () => {
   it("is the direction of the drag, left positive from x", () => {

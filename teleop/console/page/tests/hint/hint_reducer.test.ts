@@ -67,22 +67,9 @@ describe("placing a hint", () => {
   it("leaves nothing after a cancel", () => {
     expect(after(begin, press(1, 2), drag(2, 2), { type: "cancel" })).toEqual(NO_HINT);
   });
-
-  it("goes on after a hint that could not be sent", () => {
-    const state = after({ type: "begin", present: pose }, { type: "notSent" });
-    expect(state.phase).toBe("placing");
-    expect(state.result).toEqual({ kind: "notSent" });
-    expect(canConfirm(state)).toBe(true);
-  });
 });
 
 describe("the verdict", () => {
-  it("answers the hint that was sent", () => {
-    const state = after({ type: "begin", present: pose }, sent, verdict(pose));
-    expect(state.phase).toBe("answered");
-    expect(state.result).toMatchObject({ kind: "verdict", verdict: { verdict: "accepted" } });
-  });
-
   it("of another hint is not ours", () => {
     const state = after({ type: "begin", present: pose }, sent, verdict({ ...pose, x: 9 }));
     expect(state.phase).toBe("waiting");
@@ -98,23 +85,6 @@ describe("the verdict", () => {
 
   it("of before the page was opened is ignored", () => {
     expect(after(verdict(pose))).toEqual(NO_HINT);
-  });
-
-  it("is not awaited of a robot that does not answer hints", () => {
-    const state = after({ type: "begin", present: pose }, sent, { type: "unanswered" }, { type: "tick", now: 1e6 });
-    expect(state.result).toEqual({ kind: "unanswered" });
-  });
-
-  it("is forgotten with a new run of the robot", () => {
-    expect(after({ type: "begin", present: pose }, sent, verdict(pose), { type: "forget" })).toEqual(NO_HINT);
-  });
-});
-
-describe("undo and search", () => {
-  it("say what the robot answered", () => {
-    const answer = { success: false, message: "nothing to undo" };
-    expect(after({ type: "undone", answer }).result).toEqual({ kind: "undo", answer });
-    expect(after({ type: "searched", answer }).result).toEqual({ kind: "search", answer });
   });
 });
 

@@ -3,6 +3,7 @@ import { HintTool, type HintScene } from "../../src/hint/hint_tool";
 import type { HintQuality } from "../../src/hint/hint_quality";
 import { forgetRun, unknownState, type RobotState } from "../../src/robot/robot_state";
 import type { Health, PlanarPose, StampedPose } from "../../src/values";
+import { CONTROL, ME } from "../driving/harness";
 import { RecordingCommands } from "./recording_commands";
 
 /** A picture in which a pixel is a centimetre. */
@@ -208,10 +209,7 @@ describe("a hint by keys", () => {
 describe("Esc while the robot moves", () => {
   it("leaves the hint and stays with whoever stops the robot", () => {
     state.mapFromBase.value = stamped(5, 6, 1);
-    state.control.value = {
-      stamp: 1, state: "armed", reason: "", controller: "client 4", armed: true, estop: false, commandAge: 0,
-      linear: 0.3, angular: 0, linkAge: 0, slowAbove: 0.5, refuseAbove: 1, asking: 0, askingName: "", guard: "free", guardReason: "", guardOffBy: "",
-    };
+    state.control.value = { ...CONTROL, state: "armed", controller: ME, armed: true, linear: 0.3 };
     const stop = vi.fn();
     window.addEventListener("keydown", stop);
     tool.begin();
@@ -232,9 +230,9 @@ describe("finding the robot", () => {
   it("says what the robot answers, also if the call fails", async () => {
     await tool.find();
     expect(tool.view.value.result).toEqual({ kind: "search", answer: { success: true, message: "done" } });
-    commands.connected = false;
+    commands.answer = { success: false, message: "no link" };
     await tool.find();
-    expect(tool.view.value.result).toEqual({ kind: "search", answer: { success: false, message: "no link" } });
+    expect(tool.view.value.result).toEqual({ kind: "search", answer: commands.answer });
     await tool.undo();
     expect(tool.view.value.result).toMatchObject({ kind: "undo" });
   });

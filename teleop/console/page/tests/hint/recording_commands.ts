@@ -13,14 +13,7 @@ export class RecordingCommands implements RobotCommands {
 
   joy(): boolean { return this.connected; }
   velocity(): boolean { return this.connected; }
-  estop(): Promise<Answer> { return Promise.resolve(this.answer); }
-  resetEstop(): Promise<Answer> { return Promise.resolve(this.answer); }
-  takeOver(): Promise<Answer> { return Promise.resolve(this.answer); }
-  askForControl(): Promise<Answer> { return Promise.resolve(this.answer); }
-  giveControl(): Promise<Answer> { return Promise.resolve(this.answer); }
-  refuseControl(): Promise<Answer> { return Promise.resolve(this.answer); }
-  undoHint(): Promise<Answer> { return Promise.resolve(this.answer); }
-  findRobot(): Promise<Answer> { return this.connected ? Promise.resolve(this.answer) : Promise.reject(new Error("no link")); }
+  request(): Promise<Answer> { return Promise.resolve(this.answer); }
   authenticate(token: string): void { this.tokens.push(token); }
 
   hint(pose: PlanarPose, sigma: number, headingSigma: number): boolean {

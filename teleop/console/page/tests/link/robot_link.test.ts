@@ -134,7 +134,7 @@ describe("a link to our robot", () => {
     robot.socket.drop();
     expect(robot.link.commands.joy(1, 0, true, false)).toBe(false);
     expect(robot.link.commands.hint({ x: 0, y: 0, yaw: 0 }, 1, 1)).toBe(false);
-    expect(await robot.link.commands.estop()).toEqual({ success: false, message: linkTexts.answers.notConnected });
+    expect(await robot.link.commands.request("estop")).toEqual({ success: false, message: linkTexts.answers.notConnected });
     await vi.advanceTimersByTimeAsync(600);
     expect(robot.sockets).toHaveLength(2);
     expect(robot.topics.sort()).toEqual(before.sort());
@@ -145,14 +145,14 @@ describe("a link to our robot", () => {
 
   it("ends calls whose connection is lost", async () => {
     robot.services["/teleop/estop_reset"] = null;
-    const answer = robot.link.commands.resetEstop();
+    const answer = robot.link.commands.request("resetEstop");
     robot.socket.drop();
     expect(await answer).toEqual({ success: false, message: linkTexts.answers.lostMeanwhile });
   });
 
   it("ends calls that are not answered", async () => {
     robot.services["/teleop/give"] = null;
-    const answer = robot.link.commands.giveControl();
+    const answer = robot.link.commands.request("give");
     await vi.advanceTimersByTimeAsync(5000);
     expect(await answer).toEqual({ success: false, message: linkTexts.answers.noAnswer(5) });
   });
@@ -161,7 +161,7 @@ describe("a link to our robot", () => {
     robot.services["/teleop/estop"] = { success: true, message: "braked" };
     robot.services["/teleop/ask"] = { success: "yes" };
     const answers = Promise.all([
-      robot.link.commands.estop(), robot.link.commands.takeOver(), robot.link.commands.askForControl(),
+      robot.link.commands.request("estop"), robot.link.commands.request("takeOver"), robot.link.commands.request("ask"),
     ]);
     await vi.advanceTimersByTimeAsync(10);
     expect(await answers).toEqual([

@@ -3,6 +3,7 @@ import { blockedFor, bumpFacts } from "../../src/alarms/alarm_facts";
 import { watchSurroundings } from "../../src/page/surroundings";
 import { unknownState, type RobotState } from "../../src/robot/robot_state";
 import type { ControlState, StampedPose } from "../../src/values";
+import { CONTROL, ME } from "../driving/harness";
 
 const BODY = { min: { x: -0.25, y: -0.25 }, max: { x: 0.25, y: 0.25, z: 0.5 } };
 
@@ -11,10 +12,7 @@ function pose(stamp: number, x: number): StampedPose {
 }
 
 function asked(linear: number): ControlState {
-  return {
-    stamp: 0, state: "armed", reason: "", controller: "me", armed: true, estop: false, commandAge: 0, linear, angular: 0,
-    linkAge: 0, slowAbove: 0, refuseAbove: 0, asking: 0, askingName: "", guard: "free", guardReason: "", guardOffBy: "",
-  };
+  return { ...CONTROL, state: "armed", controller: ME, armed: true, linear };
 }
 
 describe("what the page works out of the robot's surroundings", () => {

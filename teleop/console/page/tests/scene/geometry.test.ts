@@ -1,5 +1,5 @@
 import { describe, expect, fc, points, test } from "./tools";
-import { boundsOf, ellipseOf, ellipseOutline, floorHeight, headingOf, SIGMAS_95_PLANE, upright, wrap } from "../../src/scene/geometry";
+import { boundsOf, ellipseOf, ellipseOutline, floorHeight, headingOf, planar, SIGMAS_95_PLANE, upright, wrap } from "../../src/scene/geometry";
 
 const angle = fc.double({ min: -50, max: 50, noNaN: true });
 
@@ -18,6 +18,16 @@ describe("angles", () => {
     fc.assert(fc.property(fc.double({ min: -3.1, max: 3.1, noNaN: true }), (yaw) => {
       expect(headingOf(upright({ x: 1, y: 2, yaw }, 0).orientation)).toBeCloseTo(yaw, 9);
     }));
+  });
+});
+
+describe("a pose on the floor", () => {
+  test("has the heading of an orientation with pitch too", () => {
+    const [yaw, pitch] = [2.5, 0.2];
+    const [sy, cy, sp, cp] = [Math.sin(yaw / 2), Math.cos(yaw / 2), Math.sin(pitch / 2), Math.cos(pitch / 2)];
+    const pose = planar({ position: { x: 1, y: 2, z: 3 }, orientation: { x: -sy * sp, y: cy * sp, z: sy * cp, w: cy * cp } });
+    expect([pose.x, pose.y]).toEqual([1, 2]);
+    expect(pose.yaw).toBeCloseTo(yaw);
   });
 });
 

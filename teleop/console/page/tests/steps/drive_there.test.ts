@@ -1,4 +1,4 @@
-import { afterEach, beforeEach, expect, it, vi } from "vitest";
+import { afterEach, beforeEach, expect, it } from "vitest";
 import { DriveThere } from "../../src/steps/drive_there";
 import { StepControl } from "../../src/steps/step_control";
 import { Harness } from "../driving/harness";
@@ -11,7 +11,6 @@ let views: boolean[];
 let surface: HTMLElement;
 
 beforeEach(() => {
-  vi.useFakeTimers();
   page = new Harness();
   robot = new RecordingSteps();
   views = [];
@@ -28,10 +27,7 @@ beforeEach(() => {
   page.wait(100);
 });
 
-afterEach(() => {
-  page.dispose();
-  vi.useRealTimers();
-});
+afterEach(() => { page.dispose(); });
 
 function pressAt(x: number, y: number): void {
   surface.dispatchEvent(new PointerEvent("pointerdown", { clientX: x, clientY: y, button: 0, pointerId: 1 }));

@@ -1,4 +1,4 @@
-import { afterEach, beforeEach, describe, expect, it, vi } from "vitest";
+import { afterEach, beforeEach, describe, expect, it } from "vitest";
 import { FRAMES_MISSING, HeadsetSource } from "../../src/xr/headset_source";
 import type { Side } from "../../src/xr/inputs";
 import type { Joined } from "../../src/driving/driving_environment";
@@ -20,7 +20,6 @@ function frames(time: number): void {
 }
 
 beforeEach(() => {
-  vi.useFakeTimers();
   page = new Harness();
   page.wait(50);
   hand = { squeeze: false, axes: [0, 0, 0, 0], there: true };
@@ -28,10 +27,7 @@ beforeEach(() => {
   joined = page.driving.join(source);
   frames(100);
 });
-afterEach(() => {
-  page.dispose();
-  vi.useRealTimers();
-});
+afterEach(() => { page.dispose(); });
 
 function drive(): void {
   hand.squeeze = true;

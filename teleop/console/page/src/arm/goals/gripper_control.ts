@@ -2,8 +2,8 @@
 
 import { signal, type ReadonlySignal, type Signal } from "@preact/signals";
 import { readGripEnd } from "../../link/message_checks/arm_messages";
-import { check } from "../../link/message_checks/field";
 import type { RobotWire } from "../../link/robot_wire";
+import { readReply } from "../../link/service_calls";
 import type { ArmInfo, ArmState, GripEnd } from "../../robot/arm";
 import { linkTexts } from "../../texts/link";
 
@@ -74,12 +74,8 @@ export class GripperControl {
     this.#cancel = this.wire.goal("/gripper_controller/gripper_cmd", "control_msgs/action/GripperCommand", { command }, {
       feedback: () => undefined,
       ended: (how) => {
-        const read = how.ok ? check(readGripEnd, how.values) : undefined;
-        if (read?.ok === true) {
-          end({ moving: false, end: read.value }, true);
-        } else {
-          end({ moving: false, failed: how.ok ? linkTexts.answers.unreadable(read?.complaint ?? "") : how.words }, false);
-        }
+        const read = readReply(how, readGripEnd);
+        end(read.ok ? { moving: false, end: read.value } : { moving: false, failed: read.words }, read.ok);
       },
     });
     if (this.#cancel === undefined) {

@@ -4,6 +4,7 @@ import { signal, type ReadonlySignal } from "@preact/signals";
 import { readMoveEnd, readMoveProgress } from "../../link/message_checks/arm_messages";
 import { check } from "../../link/message_checks/field";
 import type { RobotWire } from "../../link/robot_wire";
+import { readReply } from "../../link/service_calls";
 import type { ArmPath, MoveEnd, MoveProgress } from "../../robot/arm";
 import { linkTexts } from "../../texts/link";
 import type { Pose } from "../../values";
@@ -68,9 +69,8 @@ export class MoveControl {
         }
       },
       ended: (how) => {
-        const read = how.ok ? check(readMoveEnd, how.values) : undefined;
-        const words = how.ok ? linkTexts.answers.unreadable(read?.ok === false ? read.complaint : "") : how.words;
-        end(read?.ok === true ? read.value : { outcome: "", message: words });
+        const read = readReply(how, readMoveEnd);
+        end(read.ok ? read.value : { outcome: "", message: read.words });
       },
     });
     if (cancel === undefined) {

@@ -1,11 +1,8 @@
 /** The button that gets the arm out of where it is stuck: the robot says what it would do, and does it. */
 
 import { signal, type ReadonlySignal } from "@preact/signals";
-import { readAnswer } from "../../link/message_checks/answers";
-import { check } from "../../link/message_checks/field";
 import type { RobotWire } from "../../link/robot_wire";
 import { armTexts as texts } from "../../texts/arm";
-import { linkTexts } from "../../texts/link";
 
 /** A planned motion takes some seconds; the robot answers when it is done [s]. */
 const PATIENCE = 60;
@@ -18,23 +15,16 @@ export class WayOut {
   readonly #going = signal(false);
   readonly #failed = signal("");
 
-  constructor(private readonly wire: Pick<RobotWire, "call">) {
+  constructor(private readonly wire: Pick<RobotWire, "call" | "trigger">) {
     [this.going, this.failed] = [this.#going, this.#failed];
   }
 
   async go(): Promise<void> {
     this.#failed.value = "";
     this.#going.value = true;
-    const reply = await this.wire.call("/arm/way_out", {}, PATIENCE);
+    const answer = await this.wire.trigger("/arm/way_out", {}, PATIENCE);
     this.#going.value = false;
-    if (!reply.ok) {
-      this.#failed.value = texts.notOut(reply.words);
-      return;
-    }
-    const answer = check(readAnswer, reply.values);
-    if (!answer.ok || !answer.value.success) {
-      this.#failed.value = texts.notOut(answer.ok ? answer.value.message : linkTexts.answers.unreadable(answer.complaint));
-    }
+    this.#failed.value = answer.success ? "" : texts.notOut(answer.message);
   }
 
   /** Stop it; a service has no goal that could be cancelled, so all that moves the arm is paused for a moment. */

@@ -1,8 +1,8 @@
 /** Where the robot believes to be, how sure it is, and why. */
 
-import { headingOf } from "../../hint/hint_geometry";
 import { HEALTH } from "../../operating_data";
 import type { RobotState } from "../../robot/robot_state";
+import { headingOf } from "../../scene/geometry";
 import { hintTexts } from "../../texts/hint";
 import { localizationTexts as texts, panelTexts } from "../../texts/panels";
 import { Panel, Row } from "../panel";

@@ -15,13 +15,13 @@ export function TurnTaking({ driving }: { readonly driving: Driving }) {
       {turns.askedBy !== "" && (
         <div class="driving-asked" role="alert">
           <p>{texts.asks(turns.askedBy)}</p>
-          <button type="button" {...press(() => { driving.stop(); void taking.give(); })}>{texts.give}</button>
-          <button type="button" {...press(() => { void taking.refuse(); })}>{texts.refuse}</button>
+          <button type="button" {...press(() => { driving.stop(); void taking.request("give"); })}>{texts.give}</button>
+          <button type="button" {...press(() => { void taking.request("refuse"); })}>{texts.refuse}</button>
         </div>
       )}
-      {turns.mayAsk && <button type="button" {...press(() => { void taking.ask(); })}>{texts.ask}</button>}
+      {turns.mayAsk && <button type="button" {...press(() => { void taking.request("ask"); })}>{texts.ask}</button>}
       {turns.driver === "other" && turns.mayTakeOver && (
-        <button type="button" {...press(() => { void taking.takeOver(); })}>{texts.takeOver}</button>
+        <button type="button" {...press(() => { void taking.request("takeOver"); })}>{texts.takeOver}</button>
       )}
       <p role="status" class="driving-outcome">{taking.outcome.value}</p>
     </section>

@@ -2,7 +2,7 @@
 
 import { useSignal } from "@preact/signals";
 import { useEffect, useMemo, useRef } from "preact/hooks";
-import { browserKeeper, remembered, type Keeper } from "../../scene/stored_signals";
+import { browserKeeper, rememberedSwitch, type Keeper } from "../../scene/stored_signals";
 import { eventTexts as texts } from "../../texts/panels";
 import type { ConsoleEvent } from "../../values";
 import { Panel } from "../panel";
@@ -20,7 +20,7 @@ interface EventListProps {
 
 export function EventList({ log, copy = copyText, keeper = browserKeeper() }: EventListProps) {
   const events = log.events.value;
-  const gravest = useMemo(() => remembered("farsteer.gravest", false, (kept) => (typeof kept === "boolean" ? kept : undefined), keeper), [keeper]);
+  const gravest = useMemo(() => rememberedSwitch("farsteer.gravest", false, keeper), [keeper]);
   const copied = useSignal<"no" | "yes" | "failed">("no");
   const byHand = useSignal("");
   const press = async (): Promise<void> => {

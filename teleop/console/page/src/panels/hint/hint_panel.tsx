@@ -1,11 +1,11 @@
 /** Tells the robot where it is: place, compare, confirm, undo; or has it find itself. */
 
-import { planar } from "../../hint/hint_geometry";
 import { qualityOf } from "../../hint/hint_quality";
 import { canConfirm, previewIsOld } from "../../hint/hint_reducer";
 import type { HintResult, HintState } from "../../hint/hint_state";
 import type { HintTool } from "../../hint/hint_tool";
 import type { RobotState } from "../../robot/robot_state";
+import { planar } from "../../scene/geometry";
 import { hintTexts as texts } from "../../texts/hint";
 import { Panel } from "../panel";
 

@@ -1,8 +1,10 @@
 /** What the playground asks of the simulation. */
 
 import { signal } from "@preact/signals";
-import { check, type Field } from "../../link/message_checks/field";
+import type { Field } from "../../link/message_checks/field";
 import type { RobotWire } from "../../link/robot_wire";
+import { readReply } from "../../link/service_calls";
+import { upright } from "../../scene/geometry";
 import { playgroundTexts as texts } from "../../texts/playground";
 import type { PlanarPose } from "../../values";
 
@@ -34,13 +36,13 @@ export class Playground {
   }
 
   async carry(pose: PlanarPose): Promise<void> {
-    await this.do("set_entity_state", { entity: "robot", set_pose: true, state: { pose: poseOf(pose) } });
+    await this.do("set_entity_state", { entity: "robot", set_pose: true, state: { pose: upright(pose, 0) } });
   }
 
   /** Put a person or a box down. */
   async put(what: "person" | "box", pose: PlanarPose): Promise<void> {
     const uri = what === "person" ? "person" : "box_0.6x0.6x1";
-    await this.do("spawn_entity", { allow_renaming: true, entity_resource: { uri }, initial_pose: { pose: poseOf(pose) } });
+    await this.do("spawn_entity", { allow_renaming: true, entity_resource: { uri }, initial_pose: { pose: upright(pose, 0) } });
   }
 
   async clear(): Promise<void> {
@@ -83,12 +85,11 @@ export class Playground {
   }
 
   private async ask<T>(service: string, request: object, read: (values: Field) => T): Promise<T | undefined> {
-    const reply = await this.wire.call(`/playground/${service}`, request);
-    const answer = reply.ok ? check(read, reply.values) : undefined;
-    if (answer?.ok === true) {
+    const answer = readReply(await this.wire.call(`/playground/${service}`, request), read);
+    if (answer.ok) {
       return answer.value;
     }
-    this.outcome.value = texts.refused(reply.ok ? answer?.complaint ?? "" : reply.words);
+    this.outcome.value = texts.refused(answer.words);
     return undefined;
   }
 }
@@ -100,8 +101,4 @@ function reasonOf(values: Field): string {
     return values.at("success").boolean() ? "" : values.at("message").text(1000);
   }
   return result.at("result").count(255) === OK ? "" : result.at("error_message").text(1000);
-}
-
-function poseOf({ x, y, yaw }: PlanarPose): object {
-  return { position: { x, y, z: 0 }, orientation: { x: 0, y: 0, z: Math.sin(yaw / 2), w: Math.cos(yaw / 2) } };
 }

@@ -9,15 +9,8 @@ import { ArmBench, INFO, STATE, type SentGoal } from "../arm_bench";
 
 let bench: ArmBench;
 
-beforeEach(() => {
-  vi.useFakeTimers();
-  bench = new ArmBench();
-});
-
-afterEach(() => {
-  bench.dispose();
-  vi.useRealTimers();
-});
+beforeEach(() => { bench = new ArmBench(); });
+afterEach(() => { bench.dispose(); });
 
 const last = (): SentGoal | undefined => bench.goals.at(-1);
 const corners = [[0, 0.5], [0, 1], [0.2, 1]].map((positions) => ({ positions }));

@@ -1,21 +1,17 @@
 /** The arm goes on as long as a person holds it, and no longer. */
 
-import { afterEach, beforeEach, describe, expect, it, vi } from "vitest";
+import { afterEach, beforeEach, describe, expect, it } from "vitest";
 import { ME, OTHER } from "../../driving/harness";
 import { ArmBench } from "../arm_bench";
 
 let bench: ArmBench;
 
 beforeEach(() => {
-  vi.useFakeTimers();
   bench = new ArmBench();
   bench.arm.chosen.value = true;
 });
 
-afterEach(() => {
-  bench.dispose();
-  vi.useRealTimers();
-});
+afterEach(() => { bench.dispose(); });
 
 const TWIST = "/servo_node/delta_twist_cmds";
 const JOG = "/servo_node/delta_joint_cmds";

@@ -8,16 +8,12 @@ let bench: ArmBench;
 let pad: FakePad;
 
 beforeEach(() => {
-  vi.useFakeTimers();
   bench = new ArmBench();
   pad = bench.page.plug();
   bench.page.wait(100);
 });
 
-afterEach(() => {
-  bench.dispose();
-  vi.useRealTimers();
-});
+afterEach(() => { bench.dispose(); });
 
 function press(button: number, pressed = true): void {
   pad.buttons[button] = { pressed, value: Number(pressed) };

@@ -12,14 +12,9 @@ import { ArmBench, INFO, URDF } from "../arm_bench";
 
 let bench: ArmBench;
 
-beforeEach(() => {
-  vi.useFakeTimers();
-  bench = new ArmBench();
-});
-
+beforeEach(() => { bench = new ArmBench(); });
 afterEach(() => {
   bench.dispose();
-  vi.useRealTimers();
   vi.restoreAllMocks();
 });
 

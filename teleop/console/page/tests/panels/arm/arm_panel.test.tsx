@@ -1,6 +1,6 @@
 /** The arm's panel. */
 
-import { afterEach, beforeEach, expect, it, vi } from "vitest";
+import { afterEach, beforeEach, expect, it } from "vitest";
 import { ArmPanel } from "../../../src/panels/arm";
 import { ArmBench } from "../../arm/arm_bench";
 import { OTHER } from "../../driving/harness";
@@ -10,7 +10,6 @@ let bench: ArmBench;
 let panel: Mounted;
 
 beforeEach(async () => {
-  vi.useFakeTimers();
   bench = new ArmBench();
   panel = await mount(<ArmPanel arm={bench.arm} mayDrive />);
 });
@@ -18,7 +17,6 @@ beforeEach(async () => {
 afterEach(() => {
   panel.unmount();
   bench.dispose();
-  vi.useRealTimers();
 });
 
 const reason = (): string | null | undefined => panel.root.querySelector(".arm-reason")?.textContent;

@@ -5,6 +5,7 @@ import { CameraPanel } from "../../../src/panels/camera/camera_panel";
 import type { CameraCommands, PhotoAnswer } from "../../../src/robot/robot_actions";
 import { unknownState, type RobotState } from "../../../src/robot/robot_state";
 import type { Answer } from "../../../src/values";
+import { SESSION } from "../../driving/harness";
 import { mount, type Mounted } from "../mounted";
 
 class Camera implements CameraCommands {
@@ -72,10 +73,7 @@ it("opens a photograph of a robot with tokens by a ticket", async () => {
 it("offers no photograph to those who may only watch", async () => {
   await page.act(() => {
     state.videoSources.value = sources;
-    state.session.value = {
-      client: 1, name: "client 1", role: "view", tokens: true, mayStop: true, mayReset: false, mayHint: false, maySearch: false,
-      mayTakeOver: false, mayShare: false, link: false, mayPlay: false, mayDrive: false,
-    };
+    state.session.value = { ...SESSION, role: "view", mayDrive: false };
   });
   expect(page.root.querySelector("button")).toBeNull();
 });

@@ -8,7 +8,6 @@ let page: Harness;
 let root: HTMLElement;
 
 beforeEach(() => {
-  vi.useFakeTimers();
   page = new Harness();
   root = document.createElement("main");
   document.body.append(root);
@@ -16,7 +15,6 @@ beforeEach(() => {
 afterEach(() => {
   render(null, root);
   page.dispose();
-  vi.useRealTimers();
 });
 
 /** Show a component, with its effects done. */

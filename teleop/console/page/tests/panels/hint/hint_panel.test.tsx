@@ -2,14 +2,11 @@ import { afterEach, beforeEach, expect, it } from "vitest";
 import { HintTool } from "../../../src/hint/hint_tool";
 import { HintPanel, wordsOf } from "../../../src/panels/hint/hint_panel";
 import { unknownState, type RobotState } from "../../../src/robot/robot_state";
-import type { Session, StampedPose } from "../../../src/values";
+import type { StampedPose } from "../../../src/values";
+import { SESSION } from "../../driving/harness";
 import { RecordingCommands } from "../../hint/recording_commands";
 import { mount, type Mounted } from "../mounted";
 
-const SESSION: Session = {
-  client: 4, name: "client 4", role: "operate", tokens: true,
-  mayDrive: true, mayStop: true, mayReset: true, mayHint: true, maySearch: true, mayTakeOver: true, mayShare: false, link: false, mayPlay: false,
-};
 const POSE: StampedPose = {
   position: { x: 1, y: 2, z: 0 }, orientation: { x: 0, y: 0, z: 0, w: 1 }, stamp: 1, receivedAt: 0,
 };

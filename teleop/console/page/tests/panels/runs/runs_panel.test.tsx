@@ -1,11 +1,11 @@
 import { afterEach, beforeEach, expect, it } from "vitest";
 import { check } from "../../../src/link/message_checks/field";
 import type { Kind } from "../../../src/link/message_intake";
-import type { Reply } from "../../../src/link/service_calls";
 import type { Stream } from "../../../src/link/subscriptions";
 import { RunsPanel } from "../../../src/panels/runs/runs_panel";
 import { unknownState } from "../../../src/robot/robot_state";
 import { Runs } from "../../../src/runs/runs";
+import type { Answer } from "../../../src/values";
 import { mount, type Mounted } from "../mounted";
 
 const NAME = "run-20261124-193000.mcap";
@@ -14,14 +14,14 @@ const RUN = { name: NAME, url: `/runs/${NAME}`, start: "2026-11-24T19:30:00Z", s
 let stored: (typeof RUN)[];
 let asked: [string, object][];
 let said: string[];
-let reply: Reply;
+let answer: Answer;
 let state: (message: object) => void;
 let runs: Runs;
 let page: Mounted;
 
 beforeEach(async () => {
   [stored, asked, said] = [[RUN], [], []];
-  reply = { ok: true, values: { success: true, message: "done" } };
+  answer = { success: true, message: "done" };
   runs = new Runs({
     wire: {
       stream: <T,>(_request: unknown, kind: Kind<T>) => {
@@ -34,10 +34,11 @@ beforeEach(async () => {
         return {} as Stream;
       },
       listen: () => () => undefined,
-      trigger: () => Promise.resolve({ success: true, message: "" }),
-      call: (service, request) => {
-        asked.push([service, request]);
-        return Promise.resolve(reply);
+      trigger: (service, request) => {
+        if (request !== undefined) {
+          asked.push([service, request]);
+        }
+        return Promise.resolve(answer);
       },
     },
     state: unknownState(), robot: "http://robot:9090", token: () => "", events: (_severity, words) => { said.push(words); },
@@ -85,7 +86,7 @@ it("keeps a run and shows that it is kept", async () => {
 });
 
 it("says why the robot did not", async () => {
-  reply = { ok: false, words: "role view may not call /runs/delete", refused: true };
+  answer = { success: false, message: "role view may not call /runs/delete" };
   await press(`Delete ${NAME}`);
   await press("Delete for good");
   expect(said).toEqual(["Not done: role view may not call /runs/delete."]);

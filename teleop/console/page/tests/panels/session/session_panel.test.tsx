@@ -4,12 +4,12 @@ import { SessionPanel } from "../../../src/panels/session/session_panel";
 import { unknownState, type RobotState } from "../../../src/robot/robot_state";
 import type { Reply } from "../../../src/link/service_calls";
 import type { Session } from "../../../src/values";
+import { SESSION } from "../../driving/harness";
 import { RecordingCommands } from "../../hint/recording_commands";
 import { mount, type Mounted } from "../mounted";
 
 const VIEWER: Session = {
-  client: 4, name: "client 4", role: "view", tokens: true,
-  mayDrive: false, mayStop: true, mayReset: false, mayHint: false, maySearch: false, mayTakeOver: false, mayShare: false, link: false, mayPlay: false,
+  ...SESSION, client: 4, name: "client 4", role: "view", mayDrive: false, mayReset: false, mayHint: false, maySearch: false, mayTakeOver: false,
 };
 
 /** What the robot answers, by service. */

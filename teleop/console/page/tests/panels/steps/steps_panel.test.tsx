@@ -11,7 +11,6 @@ let robot: RecordingSteps;
 let steps: StepControl;
 
 beforeEach(async () => {
-  vi.useFakeTimers();
   page = new Harness();
   root = document.body.appendChild(document.createElement("main"));
   robot = new RecordingSteps();
@@ -26,7 +25,6 @@ afterEach(() => {
   render(null, root);
   root.remove();
   page.dispose();
-  vi.useRealTimers();
 });
 
 async function settle(): Promise<void> {
