@@ -136,7 +136,7 @@ def run_scenario(
             assert folder is not None
             with left_to_event_loops(), asyncio.Runner(loop_factory=DatedEventLoop) as runner:
                 ending = runner.run(
-                    _with_client(session, client, folder, pace, access.token, progress)
+                    _with_client(session, client, folder, pace, access.of(0) or "", progress)
                 )
         else:
             briefing = briefing_of(scenario, scene.world)
