@@ -23,6 +23,7 @@ import numpy as np
 from localization.maps.cloud import Cloud
 from localization.maps.map_files import load_cloud
 from localization.types import Pose
+from teleop.clock import PERIOD
 from teleop.errors import TeleopError
 from teleop.operator.display.threaded_display import UnhurriedDisplay
 from teleop.operator.operator_client import CAMERA, TOPICS, OperatorClient
@@ -32,8 +33,6 @@ from teleop.scenario.tour_driver import DriverConfig, TourDriver
 
 TICKS_PER_STEP = 5
 """Number of ticks between Joy messages: ten messages a second, as from a Unity scene with ROS#."""
-_TICK = 20_000_000
-"""Duration of a tick [ns]."""
 _STATE = "/scenario/state"
 """The topic that says when the run is over."""
 
@@ -156,7 +155,7 @@ async def _drive(robot: _SteppedRobot, driver: TourDriver, orders: Orders) -> No
             await orders.give_hint(operator)
         twist = driver.command(operator.map_from_base, operator.health)
         await operator.drive(twist, enabled=True)
-        await robot.step(TICKS_PER_STEP - operator.now // _TICK % TICKS_PER_STEP)
+        await robot.step(TICKS_PER_STEP - operator.now // PERIOD % TICKS_PER_STEP)
 
 
 async def _operate_until_terminated() -> None:
