@@ -10,7 +10,7 @@ from localization.types import SECOND
 from teleop.errors import TeleopError
 from teleop.scenario.files.operator_settings import Steps
 from teleop.scenario.operators.operator import Briefing, Operator
-from teleop.scenario.operators.step_drivers import ByRobot, ByTime, StepDriver
+from teleop.scenario.operators.step_drivers import ByRobot, ByTime
 from teleop.scenario.operators.step_plan import drawn_steps
 from teleop.scenario.operators.wire import Wire
 from teleop.step_commands.commands import Step
@@ -56,7 +56,7 @@ class StepOperator(Operator):
         """The steps that were driven, in order."""
 
         self._count, by_time = settings.count, settings.by == "time"
-        self._driver: StepDriver = ByTime() if by_time else ByRobot(settings.by)
+        self._driver = ByTime() if by_time else ByRobot(settings.by)
         self._rest = _PAUSE if by_time else _REST
         self._steps: Sequence[Step] = ()
         self._due, self._begun, self._drives = _WARM_UP, 0, False

@@ -10,13 +10,15 @@ import json
 from collections import deque
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import Any, Final, Protocol as Interface
+from typing import TYPE_CHECKING, Any, Final, Protocol
 
 import msgspec
 
 from teleop.rosbridge.framing.outgoing_frames import CloseFrame, Output
-from teleop.rosbridge.protocol.protocol import Protocol
 from teleop.rosbridge.ros_time import SECOND, stamp
+
+if TYPE_CHECKING:
+    from teleop.scenario.operators.memory_transport import MemoryTransport
 
 CLOCK_OFFSET: Final = 1_700_000_000 * SECOND
 """What a client's clock is ahead of the robot's [ns]: it counts from 1970, the robot's from the run's start."""
@@ -52,20 +54,7 @@ class Status:
     """What it says."""
 
 
-class Carrier(Interface):
-    """Carries the frames of wires: a ``MemoryTransport``."""
-
-    protocol: Protocol
-
-    @property
-    def now(self) -> int:
-        """Time of the protocol [ns]."""
-
-    def forget(self, client: int) -> None:
-        """Drop what is still sent to a client that has left."""
-
-
-class Recorder(Interface):
+class Recorder(Protocol):
     """Keeps what a client sends."""
 
     def add(self, now: int, operation: Mapping[str, Any]) -> None:
@@ -75,7 +64,9 @@ class Recorder(Interface):
 class Wire:
     """One client of the robot: subscribes, publishes, calls services."""
 
-    def __init__(self, transport: Carrier, client: int, recorder: Recorder | None = None) -> None:
+    def __init__(
+        self, transport: MemoryTransport, client: int, recorder: Recorder | None = None
+    ) -> None:
         """Take the parts; ``MemoryTransport.connect`` makes wires."""
         self._transport, self._recorder = transport, recorder
         self.client = client
@@ -86,12 +77,6 @@ class Wire:
 
         self.clock_offset = CLOCK_OFFSET
         """What the client's clock is ahead of the robot's [ns]."""
-
-        self.sent = 0
-        """Number of frames sent."""
-
-        self.received = 0
-        """Number of frames received."""
 
         self.seen: int | None = None
         """Newest robot time in the header of a message that was handed on [ns]: so old is what its operator sees."""
@@ -189,21 +174,11 @@ class Wire:
         """Ask for the end of a goal; its result says what became of it."""
         self.send({"op": "cancel_action_goal", "action": action, "id": identity})
 
-    def authenticate(self, token: str) -> None:
-        """Show a token by the operation ``auth``; it is not recorded."""
-        self._transmit({"op": "auth", "token": token})
-
     def send(self, operation: Mapping[str, Any]) -> None:
         """Send any operation; nothing happens if the connection has ended."""
-        if self.closed is not None or self._hung:
-            return
-        if self._recorder is not None:
-            self._recorder.add(self._transport.now, operation)
-        self._transmit(operation)
-
-    def _transmit(self, operation: Mapping[str, Any]) -> None:
         if self.closed is None and not self._hung:
-            self.sent += 1
+            if self._recorder is not None:
+                self._recorder.add(self._transport.now, operation)
             frame = json.dumps(operation, separators=(",", ":"))
             self._transport.protocol.receive(self.client, frame, self._transport.now)
 
@@ -228,7 +203,6 @@ class Wire:
                 # The protocol is at work: it learns of the end in its next tick.
                 self._transport.protocol.timers.at(self._transport.now, self._end)
         elif self.closed is None and not self._hung and not output.binary:
-            self.received += 1
             self._arrived.append(output.payload)
 
     def deliver(self) -> None:

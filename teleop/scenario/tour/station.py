@@ -82,17 +82,6 @@ class Orders:
         return UnhurriedDisplay(Display(cloud, sink=sink, camera=self.camera))
 
 
-class _Run:
-    """Knows whether the run is over."""
-
-    def __init__(self) -> None:
-        self.over = False
-
-    def receive(self, message: Mapping[str, Any]) -> None:
-        """Take a message of the topic that says it."""
-        self.over = message["phase"] == "over"
-
-
 async def operate(
     url: str, map_file: str, way: Sequence[tuple[float, float]], orders: Orders
 ) -> None:
@@ -107,17 +96,17 @@ async def operate(
     Raises:
         StationError: If the maps differ or the robot does not step.
     """
-    cloud, run = load_cloud(map_file), _Run()
+    cloud = load_cloud(map_file)
     display = orders.display(cloud)
     # In lockstep a step may take long; if the robot's process ends, so does the socket.
     client = Client(url, registry=registry(), reconnect=False, keepalive=None, timeout=60.0)
     topics = {**TOPICS, **CAMERA} if orders.camera else TOPICS
     operator = OperatorClient(client, cloud, display, topics=topics)
-    robot = _SteppedRobot(operator, run, display)
+    robot = _SteppedRobot(operator, display)
     try:
         await client.connect()
         await operator.start()
-        await client.subscribe(_STATE, "farsteer_msgs/msg/ScenarioState", run.receive)
+        await client.subscribe(_STATE, "farsteer_msgs/msg/ScenarioState", robot.receive)
         await robot.step(1)
         if operator.map_mismatch or not operator.map_sha256:
             raise StationError(
@@ -130,26 +119,31 @@ async def operate(
             display.close()
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(slots=True)
 class _SteppedRobot:
     """The robot in lockstep, and what shows it."""
 
     operator: OperatorClient
-    run: _Run
     display: UnhurriedDisplay | None
+    over: bool = False
+    """Whether the run is over."""
+
+    def receive(self, message: Mapping[str, Any]) -> None:
+        """Take a message of the topic that says whether it is."""
+        self.over = message["phase"] == "over"
 
     async def step(self, ticks: int) -> None:
         """Step it; what was received before is drawn meanwhile."""
         if self.display is not None:
             asyncio.get_running_loop().call_soon(self.display.draw)  # once the call has been sent
         failure = await self.operator.step(ticks)
-        if failure is not None and not self.run.over:
+        if failure is not None and not self.over:
             raise StationError(f"the robot does not step: {failure}")
 
 
 async def _drive(robot: _SteppedRobot, driver: TourDriver, orders: Orders) -> None:
     hinted, operator = False, robot.operator
-    while not robot.run.over:
+    while not robot.over:
         if not hinted and operator.now >= orders.hint_stamp:
             hinted = True
             await orders.give_hint(operator)
