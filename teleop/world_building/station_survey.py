@@ -6,8 +6,8 @@ The cloud contains only points that a beam has hit, at ground-truth positions wi
 from __future__ import annotations
 
 import itertools
-from collections.abc import Callable, Iterator
-from dataclasses import replace
+from collections.abc import Callable
+from dataclasses import dataclass, replace
 from typing import Final
 
 import numpy as np
@@ -19,6 +19,7 @@ from localization.maps.cloud import Cloud
 from localization.types import IntArray, Pose, Sweep
 from robot_sim import World
 from robot_sim.survey.total_station import TotalStation
+from teleop.errors import SettingError
 from teleop.world_building.survey import mapping_config
 from teleop.world_building.survey_drive import Progress
 
@@ -27,32 +28,42 @@ _HALF_SPAN: Final = _SPAN // 2
 """Number of cells of the occupied-cell filter along an axis, half of it on either side of the origin."""
 
 
-# The scanner: it is set up along the survey route, and scans all round at each stop.
+@dataclass(frozen=True, slots=True)
+class StationConfig:
+    """A scanner that is set up along the survey route and scans all round at each stop."""
 
-_APART: Final = 2.5
-"""Least distance between stops [m]."""
-_HEIGHT: Final = 0.45
-"""Height above the ground [m]: about that of the robot's scanners, which are matched with the cloud."""
-_RESOLUTION: Final = float(np.deg2rad(0.4))
-"""Angle between rays [rad]."""
-_LOWEST: Final = float(np.deg2rad(-80.0))
-"""Elevation of the lowest rays [rad]: the tripod stands below them."""
-_REACH: Final = 12.0
-"""Largest range [m]; farther surfaces are left to nearer stops."""
-_OVERHEAD: Final = 20.0
-"""Largest range of steeply rising rays, for roofs [m]."""
-_GRAZING: Final = 0.15
-"""Cosine of the angle of incidence below which a point is dropped."""
-_SIGMA: Final = 0.006
-"""Standard deviation of a range [m]."""
-_DENSE: Final = 0.05
-"""Side of the cells that keep one point at most for each viewing side [m]."""
+    apart: float = 2.5
+    """Least distance between stops [m]."""
+    height: float = 0.45
+    """Height above the ground [m]: about that of the robot's scanners, which are matched with the cloud."""
+    resolution: float = float(np.deg2rad(0.4))
+    """Angle between rays [rad]."""
+    lowest: float = float(np.deg2rad(-80.0))
+    """Elevation of the lowest rays [rad]: the tripod stands below them."""
+    reach: float = 12.0
+    """Largest range [m]; farther surfaces are left to nearer stops."""
+    overhead: float = 20.0
+    """Largest range of steeply rising rays, for roofs [m]."""
+    grazing: float = 0.15
+    """Cosine of the angle of incidence below which a point is dropped."""
+    sigma: float = 0.006
+    """Standard deviation of a range [m]."""
+    dense: float = 0.05
+    """Side of the cells that keep one point at most for each viewing side [m]."""
+
+    def __post_init__(self) -> None:
+        for name in ("apart", "height", "resolution", "reach", "overhead", "dense"):
+            if not (np.isfinite(value := getattr(self, name)) and value > 0.0):
+                raise SettingError(f"{name} must be > 0, got {value}")
+        if not self.sigma >= 0.0:
+            raise SettingError(f"sigma must be >= 0 m, got {self.sigma}")
 
 
 def survey_from_stations(
     world: World,
     *,
     seed: int = 0,
+    station: StationConfig = StationConfig(),
     progress: Progress = lambda share, text: None,
     warn: Callable[[str], None] = lambda line: None,
 ) -> Cloud:
@@ -63,14 +74,20 @@ def survey_from_stations(
     Args:
         world: Any world; without routes the stops are its places and spawns.
         seed: Seed of the noise and of the omitted rays.
+        station: The scanner and its stops.
         progress: Called with the completed share and a line of text.
         warn: Called with one line if the map lacks one face of a wall that was seen from both sides.
     """
     rng = np.random.default_rng(np.random.SeedSequence([seed, 2]))
     # The filter leaves few points in a neighbourhood, so a search for more only takes time.
     builder = CloudBuilder(replace(mapping_config(world), plane_points=20))
-    stops = _stops(world)
-    for i, (stop, points) in enumerate(_scanned(world, stops, rng, _SIGMA)):
+    instrument = TotalStation(world)
+    fan = _fan(station)
+    stops = _stops(world, instrument, station)
+    cells = _CellFilter(station.dense)
+    for i, stop in enumerate(stops):
+        points = _panorama(instrument, stop, fan, station, rng)
+        points = points[cells.new(points, points - stop)]
         origins = np.broadcast_to(stop, points.shape)
         level = np.zeros(len(points), dtype=bool)
         builder.add(Sweep(0, points, origins, level), Pose.identity())
@@ -87,27 +104,24 @@ def visible_surface(world: World) -> FloatArray:
 
     Each cell has one point for each visible side, so that the number of points measures the surface.
     """
-    scans = _scanned(world, _stops(world), np.random.default_rng(0), sigma=0.0)
-    return np.concatenate([points for _, points in scans])
-
-
-def _scanned(
-    world: World, stops: FloatArray, rng: np.random.Generator, sigma: float
-) -> Iterator[tuple[FloatArray, FloatArray]]:
-    """Yield each stop (3,) with the points (N, 3) that no earlier one has [m]."""
-    instrument, fan, seen = TotalStation(world), _fan(), _CellFilter()
+    exact = StationConfig(sigma=0.0)
+    rng = np.random.default_rng(0)
+    instrument = TotalStation(world)
+    fan, stops, cells = _fan(exact), _stops(world, instrument, exact), _CellFilter(exact.dense)
+    seen = []
     for stop in stops:
-        points = _panorama(instrument, stop, fan, rng, sigma)
-        yield stop, points[seen.new(points, points - stop)]
+        points = _panorama(instrument, stop, fan, exact, rng)
+        seen.append(points[cells.new(points, points - stop)])
+    return np.concatenate(seen)
 
 
-def _fan() -> FloatArray:
+def _fan(station: StationConfig) -> FloatArray:
     """Return unit vectors (N, 3) spread evenly over the sphere above the lowest elevation."""
     rows = []
     half_turn = 0.5 * np.pi
-    count = round((half_turn - _LOWEST) / _RESOLUTION)
-    for elevation in _LOWEST + (np.arange(count) + 0.5) * _RESOLUTION:
-        around = max(1, round(2.0 * np.pi * float(np.cos(elevation)) / _RESOLUTION))
+    count = round((half_turn - station.lowest) / station.resolution)
+    for elevation in station.lowest + (np.arange(count) + 0.5) * station.resolution:
+        around = max(1, round(2.0 * np.pi * float(np.cos(elevation)) / station.resolution))
         azimuth = 2.0 * np.pi * np.arange(around) / around
         level = np.cos(elevation)
         up = np.full(around, np.sin(elevation))
@@ -115,30 +129,29 @@ def _fan() -> FloatArray:
     return np.concatenate(rows)
 
 
-def _stops(world: World) -> FloatArray:
+def _stops(world: World, instrument: TotalStation, station: StationConfig) -> FloatArray:
     """Return the positions of the scanner, (N, 3) [m]: the world's places, and stops that fill the gaps.
 
     A point of the route becomes a stop if no earlier stop is both near and in sight.
     """
-    instrument = TotalStation(world)
     poses = [world.spawn, *world.spawns.values(), *world.places.values()]
-    stands = [pose.position + (0.0, 0.0, _HEIGHT) for pose in poses]
+    stands = [pose.position + (0.0, 0.0, station.height) for pose in poses]
     chosen: list[FloatArray] = []
     for stand in stands:
-        if all(np.linalg.norm(stand - other) >= 0.5 * _APART for other in chosen):
+        if all(np.linalg.norm(stand - other) >= 0.5 * station.apart for other in chosen):
             chosen.append(stand)
     route = world.survey or world.tour
     if len(route) < 2:
         return np.array(chosen)
     line = _densified(np.array(route), 0.25)
     ground = instrument.ground(line, float(world.spawn.position[2]))
-    for candidate in np.column_stack([line, ground + _HEIGHT]):
+    for candidate in np.column_stack([line, ground + station.height]):
         way = np.array(chosen) - candidate
         far = np.linalg.norm(way, axis=1)
-        near = far < _APART
+        near = far < station.apart
         eyes = np.repeat(candidate[None], int(near.sum()), axis=0)
         toward = way[near] / np.maximum(far[near, None], 1e-9)
-        seen = instrument.look(eyes, toward, _APART).distances
+        seen = instrument.look(eyes, toward, station.apart).distances
         if not (seen >= far[near]).any():
             chosen.append(candidate)
     return np.array(chosen)
@@ -156,18 +169,18 @@ def _panorama(
     instrument: TotalStation,
     stop: FloatArray,
     fan: FloatArray,
+    station: StationConfig,
     rng: np.random.Generator,
-    sigma: float,
 ) -> FloatArray:
     """Return the points (N, 3) that are measured from one stop, in ``map`` [m]."""
     eyes = np.ascontiguousarray(np.broadcast_to(stop, fan.shape))
-    hits = instrument.look(eyes, fan, max(_REACH, _OVERHEAD))
-    reach = np.where(fan[:, 2] > 0.5, _OVERHEAD, _REACH)
-    kept = (hits.distances <= reach) & (hits.cosines > _GRAZING)
+    hits = instrument.look(eyes, fan, max(station.reach, station.overhead))
+    reach = np.where(fan[:, 2] > 0.5, station.overhead, station.reach)
+    kept = (hits.distances <= reach) & (hits.cosines > station.grazing)
     # Most rays near the stop would fall into cells that have their point: a random part is kept.
-    patch = (hits.distances * _RESOLUTION) ** 2 / np.maximum(hits.cosines, 1e-9)
-    kept &= rng.random(len(fan)) * (0.5 * _DENSE) ** 2 < patch
-    noise = sigma * rng.standard_normal(len(fan))
+    patch = (hits.distances * station.resolution) ** 2 / np.maximum(hits.cosines, 1e-9)
+    kept &= rng.random(len(fan)) * (0.5 * station.dense) ** 2 < patch
+    noise = station.sigma * rng.standard_normal(len(fan))
     ranges = hits.distances[kept] + noise[kept]
     points: FloatArray = stop + ranges[:, None] * fan[kept]
     return points
@@ -176,7 +189,8 @@ def _panorama(
 class _CellFilter:
     """Keeps one point for each cell of space and each of six viewing sides."""
 
-    def __init__(self) -> None:
+    def __init__(self, cell: float) -> None:
+        self._cell = cell
         self._seen = np.empty(0, dtype=np.int64)
 
     def new(self, points: FloatArray, rays: FloatArray) -> IntArray:
@@ -184,7 +198,7 @@ class _CellFilter:
         # By quadrants of azimuth: along a wall, rays that meet its two faces have the same main axis.
         steep = np.abs(rays[:, 2]) > np.hypot(rays[:, 0], rays[:, 1])
         side = np.where(steep, 4 + (rays[:, 2] > 0.0), quadrants(rays))
-        x, y, z = (np.floor(points / _DENSE).astype(np.int64) + _HALF_SPAN).T
+        x, y, z = (np.floor(points / self._cell).astype(np.int64) + _HALF_SPAN).T
         key = ((x * _SPAN + y) * _SPAN + z) * 6 + side
         fresh, first = np.unique(key, return_index=True)
         known = np.isin(fresh, self._seen, assume_unique=True)

@@ -16,7 +16,7 @@ from localization.pipeline.localizer import Localizer
 from localization.types import SECOND, Estimate, Pose
 from robot_sim import World, WorldOptions
 from robot_sim.worlds.loading import parse_world
-from teleop.world_building.station_survey import survey_from_stations
+from teleop.world_building.station_survey import StationConfig, survey_from_stations
 
 pytestmark = [pytest.mark.slow, pytest.mark.untraced]
 
@@ -87,7 +87,9 @@ def place(*, tour: str = IN_THE_HALL, door: str = OPEN_DOOR, options: WorldOptio
 
 @pytest.fixture(scope="module")
 def cloud() -> Cloud:
-    return survey_from_stations(place(options=WorldOptions()))
+    mapped = place(options=WorldOptions())
+    coarse = StationConfig(resolution=float(np.deg2rad(0.5)))
+    return survey_from_stations(mapped, station=coarse)
 
 
 @pytest.fixture(scope="module")

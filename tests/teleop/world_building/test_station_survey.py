@@ -12,7 +12,8 @@ from robot_sim import World
 from robot_sim.floorplan.plan import Door, Piece, Placement, Plan, Wall, Window
 from robot_sim.survey.total_station import TotalStation
 from robot_sim.worlds.from_floorplan import build_world
-from teleop.world_building.station_survey import survey_from_stations
+from teleop.errors import SettingError
+from teleop.world_building.station_survey import StationConfig, survey_from_stations
 
 HALF = 0.07
 """Half the thickness of the walls [m]."""
@@ -92,6 +93,13 @@ def test_world_without_routes_is_surveyed_from_its_places(small: World) -> None:
     points = survey_from_stations(bare).points
     assert points[:, 0].min() < 0.1
     assert points[:, 0].max() > 5.9
+
+
+def test_impossible_station_is_refused_by_name() -> None:
+    with pytest.raises(SettingError, match="resolution must be > 0, got 0"):
+        StationConfig(resolution=0.0)
+    with pytest.raises(SettingError, match="sigma must be >= 0 m, got -1"):
+        StationConfig(sigma=-1.0)
 
 
 def boarded(thickness: float) -> World:
