@@ -10,15 +10,13 @@ import json
 from collections import deque
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Final, Protocol
+from typing import Any, Final, Protocol as Interface
 
 import msgspec
 
 from teleop.rosbridge.framing.outgoing_frames import CloseFrame, Output
+from teleop.rosbridge.protocol.protocol import Protocol
 from teleop.rosbridge.ros_time import SECOND, stamp
-
-if TYPE_CHECKING:
-    from teleop.scenario.operators.memory_transport import MemoryTransport
 
 CLOCK_OFFSET: Final = 1_700_000_000 * SECOND
 """What a client's clock is ahead of the robot's [ns]: it counts from 1970, the robot's from the run's start."""
@@ -54,7 +52,20 @@ class Status:
     """What it says."""
 
 
-class Recorder(Protocol):
+class Carrier(Interface):
+    """Carries the frames of wires: a ``MemoryTransport``."""
+
+    protocol: Protocol
+
+    @property
+    def now(self) -> int:
+        """Time of the protocol [ns]."""
+
+    def forget(self, client: int) -> None:
+        """Drop what is still sent to a client that has left."""
+
+
+class Recorder(Interface):
     """Keeps what a client sends."""
 
     def add(self, now: int, operation: Mapping[str, Any]) -> None:
@@ -64,9 +75,7 @@ class Recorder(Protocol):
 class Wire:
     """One client of the robot: subscribes, publishes, calls services."""
 
-    def __init__(
-        self, transport: MemoryTransport, client: int, recorder: Recorder | None = None
-    ) -> None:
+    def __init__(self, transport: Carrier, client: int, recorder: Recorder | None = None) -> None:
         """Take the parts; ``MemoryTransport.connect`` makes wires."""
         self._transport, self._recorder = transport, recorder
         self.client = client
