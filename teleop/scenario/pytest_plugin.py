@@ -9,7 +9,7 @@ from __future__ import annotations
 import os
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal, Protocol
+from typing import TYPE_CHECKING, Any, Literal
 
 import pytest
 
@@ -19,8 +19,11 @@ if TYPE_CHECKING:
     from teleop.scenario.robot_process import RobotProcess
 
 
-class RobotFactory(Protocol):
-    """Starts robots for a test."""
+class RobotFactory:
+    """Starts robots for a test; owns those that it has started."""
+
+    def __init__(self) -> None:
+        self._robots: list[RobotProcess] = []
 
     def __call__(
         self,
@@ -48,11 +51,32 @@ class RobotFactory(Protocol):
             world: Further fields of a scenario's table ``world``.
             faults: Faults as tables of a scenario, such as ``{"kind": "kidnap", "at": 5}``.
         """
-        ...
+        from teleop.scenario.robot_process import RobotProcess, robot_document
+
+        place = at if at is None or isinstance(at, str) else list(at)
+        scenario = robot_document(
+            scene,
+            seed=seed,
+            start={"known": known} | ({} if place is None else {"at": place}),
+            truth=truth,
+            world=world,
+            faults=faults,
+        )
+        self._robots.append(RobotProcess(scenario, pace, spares=spares))
+        return self._robots[-1]
+
+    def stop(self) -> None:
+        """End all robots."""
+        for robot in self._robots:
+            robot.stop()
 
 
-class ScenarioRunner(Protocol):
+class ScenarioRunner:
     """Runs scenarios for a test."""
+
+    def __init__(self, folders: pytest.TempPathFactory) -> None:
+        """Take what makes the folders of the runs."""
+        self._folders = folders
 
     def __call__(
         self,
@@ -74,43 +98,22 @@ class ScenarioRunner(Protocol):
             seed: Seed in the place of the scenario's.
             check: Whether the test fails unless it passes; else the outcome says how it ended.
         """
-        ...
+        from teleop.scenario.reports.table import table, verdict
+
+        folder = self._folders.mktemp("farsteer-run")
+        how = {"client": client, "operator": operator, "pace": pace}
+        outcome = _or_fail(lambda: _run(file, folder, seed, how))
+        if check and outcome.status:
+            pytest.fail("\n".join(table([verdict(outcome, str(folder))])), pytrace=False)
+        return outcome
 
 
 @pytest.fixture
 def farsteer_robot() -> Iterator[RobotFactory]:
     """Start simulated robots, each in a process of its own that ends with the test; see ``RobotFactory``."""
-    from teleop.scenario.robot_process import RobotProcess, robot_document
-
-    robots: list[RobotProcess] = []
-
-    def start(
-        scene: str = "office",
-        *,
-        pace: Literal["lockstep", "real"] = "lockstep",
-        at: str | Sequence[float] | None = None,
-        known: Literal["exactly", "about", "nothing"] = "exactly",
-        seed: int = 0,
-        truth: bool = False,
-        spares: bool = False,
-        world: Mapping[str, Any] = {},
-        faults: Sequence[Mapping[str, Any]] = (),
-    ) -> RobotProcess:
-        place = at if at is None or isinstance(at, str) else list(at)
-        scenario = robot_document(
-            scene,
-            seed=seed,
-            start={"known": known} | ({} if place is None else {"at": place}),
-            truth=truth,
-            world=world,
-            faults=faults,
-        )
-        robots.append(RobotProcess(scenario, pace, spares=spares))
-        return robots[-1]
-
-    yield start
-    for robot in robots:
-        robot.stop()
+    factory = RobotFactory()
+    yield factory
+    factory.stop()
 
 
 @pytest.fixture
@@ -119,26 +122,7 @@ def farsteer_scenario(tmp_path_factory: pytest.TempPathFactory) -> ScenarioRunne
     # As the command does; numpy and MuJoCo read these when they are imported.
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     os.environ.setdefault("MUJOCO_GL", "disable")
-
-    def run(
-        file: str | Path,
-        *,
-        client: str | None = None,
-        operator: Operator | None = None,
-        pace: Literal["lockstep", "real"] | None = None,
-        seed: int | None = None,
-        check: bool = True,
-    ) -> Outcome:
-        from teleop.scenario.reports.table import table, verdict
-
-        folder = tmp_path_factory.mktemp("farsteer-run")
-        how = {"client": client, "operator": operator, "pace": pace}
-        outcome = _or_fail(lambda: _run(file, folder, seed, how))
-        if check and outcome.status:
-            pytest.fail("\n".join(table([verdict(outcome, str(folder))])), pytrace=False)
-        return outcome
-
-    return run
+    return ScenarioRunner(tmp_path_factory)
 
 
 def _run(file: str | Path, folder: Path, seed: int | None, how: dict[str, Any]) -> Outcome:

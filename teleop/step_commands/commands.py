@@ -6,13 +6,17 @@ import math
 from dataclasses import dataclass
 from typing import Final, TypeAlias
 
-from teleop.step_commands.errors import StepCommandError
+from teleop.errors import TeleopError
 
 MAX_DISTANCE: Final = 100.0
 """Longest straight step [m]; chosen, as a step is driven out of sight."""
 
 MAX_ANGLE: Final = math.tau
 """Largest turn of one step [rad]: once around."""
+
+
+class StepCommandError(TeleopError, ValueError):
+    """A step command is invalid; the message names the field, and what would have worked."""
 
 
 @dataclass(frozen=True, slots=True)

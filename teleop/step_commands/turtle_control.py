@@ -24,8 +24,13 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from typing import Final
 
-from teleop.step_commands.commands import MAX_DISTANCE, Photo, Step, StepCommand
-from teleop.step_commands.errors import StepCommandError
+from teleop.step_commands.commands import (
+    MAX_DISTANCE,
+    Photo,
+    Step,
+    StepCommand,
+    StepCommandError,
+)
 
 MAX_LENGTH: Final = 4096
 """Characters of the longest command; the examples are below 100."""

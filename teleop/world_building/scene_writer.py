@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from pathlib import Path
 
 from localization.maps.cloud import Cloud
@@ -14,9 +13,7 @@ from robot_sim.layout.survey_reach import Reach
 from robot_sim.worlds.from_floorplan import build_world
 from robot_sim.worlds.world import World
 from teleop.world_building.station_survey import survey_from_stations
-
-Progress = Callable[[float, str], None]
-"""Called now and then with the completed share, in [0, 1], and a line of text."""
+from teleop.world_building.survey_drive import Progress
 
 
 def write_scene(

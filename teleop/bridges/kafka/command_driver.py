@@ -14,8 +14,7 @@ from teleop.bridges.kafka.log_reader import LogReader
 from teleop.bridges.kafka.results import Result
 from teleop.bridges.kafka.robot_link import CommandOutcome, NotSentError, RobotLink
 from teleop.clock import unix_seconds
-from teleop.step_commands.commands import Step, StepCommand
-from teleop.step_commands.errors import StepCommandError
+from teleop.step_commands.commands import Step, StepCommand, StepCommandError
 from teleop.step_commands.turtle_control import StepSizes, read_turtle_control
 
 _NO_HINDRANCE: Final = (results.DONE, results.SET, results.INVALID, results.INTERRUPTED)

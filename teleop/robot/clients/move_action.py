@@ -11,8 +11,7 @@ from teleop.robot.topics.topic_table import MOVE
 from teleop.rosbridge.errors import ServiceError
 from teleop.rosbridge.graph.goals import Goal
 from teleop.rosbridge.protocol.protocol import Protocol
-from teleop.step_commands.commands import Step
-from teleop.step_commands.errors import StepCommandError
+from teleop.step_commands.commands import Step, StepCommandError
 
 _FIELDS: Final = ("distance", "angle", "speed")
 

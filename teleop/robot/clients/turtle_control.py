@@ -17,8 +17,7 @@ from teleop.robot.topics.topic_table import TURTLE_RESULT
 from teleop.rosbridge.errors import MessageError, RosbridgeError, ServiceError
 from teleop.rosbridge.graph.deferred_response import DeferredResponse
 from teleop.rosbridge.protocol.protocol import Protocol
-from teleop.step_commands.commands import Photo, Step, StepCommand
-from teleop.step_commands.errors import StepCommandError
+from teleop.step_commands.commands import Photo, Step, StepCommand, StepCommandError
 from teleop.step_commands.turtle_control import StepSizes, read_turtle_control
 
 PHOTO_SERVICE: Final = "/camera/photo"

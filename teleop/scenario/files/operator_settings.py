@@ -12,6 +12,8 @@ from teleop.scenario.files.schema import STRICT, Metres, Seconds
 
 Speed: TypeAlias = Annotated[float, Field(ge=0.05, le=3.0)]
 """A forward speed [m/s]."""
+Method: TypeAlias = Literal["time", "odometry", "localization"]
+"""What steps are measured by as they are driven."""
 
 
 @dataclass(frozen=True, slots=True, config=STRICT)
@@ -76,7 +78,7 @@ class Steps:
     """``steps``."""
     count: Annotated[int, Field(ge=2, le=10_000)] = 20
     """Number of steps."""
-    by: Literal["time", "odometry", "localization"] = "localization"
+    by: Method = "localization"
     """What says how far the robot has come: the operator's clock, or in steps that the robot drives its wheels or its
     localiser."""
 

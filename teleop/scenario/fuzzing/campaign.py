@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import multiprocessing
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Iterable, Iterator
 from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
 from dataclasses import dataclass, replace
 from itertools import islice
@@ -96,7 +96,6 @@ def campaign(
     jobs: int,
     seconds: float,
     shrinking: bool = True,
-    progress: Callable[[Attempt], None] = lambda done: None,
 ) -> Iterator[Attempt]:
     """Yield what became of the numbers, as they are done, until time is up.
 
@@ -105,7 +104,6 @@ def campaign(
         jobs: Number of processes.
         seconds: Real time after which none is begun [s].
         shrinking: Whether failures are shrunk.
-        progress: Called with each.
     """
     begun, waiting = wall_seconds(), iter(numbers)
     context = multiprocessing.get_context("spawn")
@@ -116,9 +114,7 @@ def campaign(
         while running:
             done, running = wait(running, return_when=FIRST_COMPLETED)
             for each in done:
-                result = each.result()
-                progress(result)
-                yield result
+                yield each.result()
                 if wall_seconds() - begun < seconds:
                     for number in islice(waiting, 1):
                         running.add(pool.submit(attempt, number, shrinking=shrinking))

@@ -9,7 +9,7 @@ from dataclasses import replace
 from functools import lru_cache
 from itertools import chain
 from random import Random
-from typing import Any, Final
+from typing import Any, Final, TypeVar, get_args, get_type_hints
 
 from hypothesis import HealthCheck, given, settings, strategies as st
 from hypothesis.strategies import DrawFn, SearchStrategy
@@ -28,6 +28,8 @@ from teleop.scenario.files.scenario import (
     Start,
     WorldSettings,
 )
+
+_Made = TypeVar("_Made")
 
 DURATION: Final = 20.0
 """Duration of a drawn session [s]."""
@@ -58,118 +60,67 @@ def halves(begin: float, end: float) -> SearchStrategy[float]:
     return st.integers(round(2 * begin), round(2 * end)).map(lambda half: 0.5 * half)
 
 
+def drawn(
+    made: type[_Made], **fields: SearchStrategy[Any] | tuple[Any, ...]
+) -> SearchStrategy[_Made]:
+    """Return a strategy of the values of a class of the schema.
+
+    Args:
+        made: The class; if it is of a kind, that is given.
+        **fields: Strategy of each field, or values of which one is drawn, the most common one first.
+    """
+    strategies: dict[str, SearchStrategy[Any]] = {
+        name: st.sampled_from(values) if isinstance(values, tuple) else values
+        for name, values in fields.items()
+    }
+    kind = get_args(get_type_hints(made).get("kind"))
+    return st.builds(made, **{"kind": st.just(*kind)} if kind else {}, **strategies)
+
+
 def driving() -> SearchStrategy[Operator]:
     """Return a strategy of operators of the library."""
-    speeds = st.sampled_from((0.5, 0.3, 0.7, 1.2))
-    follower = st.builds(
-        operators.Follower,
-        kind=st.just("follower"),
-        speed=speeds,
-        interface=st.sampled_from(("joy", "cmd_vel")),
-        rate=st.sampled_from((10.0, 5.0, 30.0)),
+    speeds = (0.5, 0.3, 0.7, 1.2)
+    return st.one_of(
+        drawn(
+            operators.Follower, speed=speeds, interface=("joy", "cmd_vel"), rate=(10.0, 5.0, 30.0)
+        ),
+        drawn(operators.Steering, speed=speeds, reaction_time=(0.3, 0.6), lapses=(0.0, 6.0)),
+        drawn(operators.Careless, speed=speeds, mistakes=(10.0, 30.0), oddities=(0.0, 20.0)),
     )
-    steering = st.builds(
-        operators.Steering,
-        kind=st.just("steering"),
-        speed=speeds,
-        reaction_time=st.sampled_from((0.3, 0.6)),
-        lapses=st.sampled_from((0.0, 6.0)),
-    )
-    careless = st.builds(
-        operators.Careless,
-        kind=st.just("careless"),
-        speed=speeds,
-        mistakes=st.sampled_from((10.0, 30.0)),
-        oddities=st.sampled_from((0.0, 20.0)),
-    )
-    return st.one_of(follower, steering, careless)
-
-
-def lasting() -> SearchStrategy[float]:
-    """Return a strategy of durations of faults."""
-    return st.sampled_from((1.0, 0.5, 2.0, 4.0))
-
-
-def link(at: SearchStrategy[float]) -> SearchStrategy[Fault]:
-    """Return a strategy of bad links."""
-    return st.builds(
-        faults.Link,
-        kind=st.just("link"),
-        at=at,
-        lasting=st.sampled_from((4.0, 1.0, 2.0, 8.0)),
-        direction=st.sampled_from(("both", "up", "down")),
-        delay=st.sampled_from((0.0, 0.2, 0.8, 1.5, 3.0)),
-        jitter=st.sampled_from((0.0, 0.1, 0.5)),
-        rate=st.sampled_from((0.0, 0.0, 20_000.0)),
-        blackout=st.sampled_from((False, False, True)),
-    )
-
-
-def kidnap(at: SearchStrategy[float]) -> SearchStrategy[Fault]:
-    """Return a strategy of robots that are carried off."""
-    return st.builds(faults.Kidnap, kind=st.just("kidnap"), at=at, to=st.just("anywhere"))
 
 
 def fault(scene: str) -> SearchStrategy[Fault]:
     """Return a strategy of faults in a scene; links and being carried off come twice as often as others."""
-    at = halves(1.0, DURATION - 3.0)
-    kinds: list[SearchStrategy[Fault]] = [
-        link(at),
-        link(at),
-        st.builds(
-            faults.OperatorKilled,
-            kind=st.just("operator_killed"),
+    at, lasting = halves(1.0, DURATION - 3.0), (1.0, 0.5, 2.0, 4.0)
+    # Made anew each, since Hypothesis takes the same strategy twice for once.
+    links = (
+        drawn(
+            faults.Link,
             at=at,
-            silent=st.booleans(),
-        ),
-        kidnap(at),
-        kidnap(at),
-        st.builds(
-            faults.WheelSlip,
-            kind=st.just("wheel_slip"),
-            at=at,
-            lasting=lasting(),
-            factor=st.sampled_from((2.0, 0.0, 1.3)),
-        ),
-        st.builds(
-            faults.ScannerDead,
-            kind=st.just("scanner_dead"),
-            at=at,
-            lasting=lasting(),
-            scanner=st.sampled_from(("both", "laser_horizontal", "laser_vertical")),
-        ),
-        st.builds(
-            faults.ScannerDirty,
-            kind=st.just("scanner_dirty"),
-            at=at,
-            lasting=lasting(),
-            share=st.sampled_from((0.2, 0.4)),
-        ),
-        st.builds(
-            faults.WrongHint,
-            kind=st.just("wrong_hint"),
-            at=at,
-            off=st.sampled_from((0.5, 2.0, 6.0)),
-            turned=st.sampled_from((0.0, 30.0, 180.0)),
-        ),
-        st.builds(faults.EStopPressed, kind=st.just("estop"), at=at, lasting=lasting()),
-        st.builds(
-            faults.ClockStep,
-            kind=st.just("clock_step"),
-            at=at,
-            step=st.sampled_from((5.0, -5.0, 0.4, -0.4)),
-        ),
-    ]
-    if doors_of(scene):
-        kinds.append(
-            st.builds(
-                faults.DoorClosed,
-                kind=st.just("door_closed"),
-                at=at,
-                door=st.sampled_from(doors_of(scene)),
-                lasting=lasting(),
-            )
+            lasting=(4.0, 1.0, 2.0, 8.0),
+            direction=("both", "up", "down"),
+            delay=(0.0, 0.2, 0.8, 1.5, 3.0),
+            jitter=(0.0, 0.1, 0.5),
+            rate=(0.0, 0.0, 20_000.0),
+            blackout=(False, False, True),
         )
+        for _ in range(2)
+    )
+    kidnaps = (drawn(faults.Kidnap, at=at, to=("anywhere",)) for _ in range(2))
+    scanners = ("both", "laser_horizontal", "laser_vertical")
+    kinds: list[SearchStrategy[Fault]] = [
+        *links,
+        drawn(faults.OperatorKilled, at=at, silent=st.booleans()),
+        *kidnaps,
+        drawn(faults.WheelSlip, at=at, lasting=lasting, factor=(2.0, 0.0, 1.3)),
+        drawn(faults.ScannerDead, at=at, lasting=lasting, scanner=scanners),
+        drawn(faults.ScannerDirty, at=at, lasting=lasting, share=(0.2, 0.4)),
+        drawn(faults.WrongHint, at=at, off=(0.5, 2.0, 6.0), turned=(0.0, 30.0, 180.0)),
+        drawn(faults.EStopPressed, at=at, lasting=lasting),
+        drawn(faults.ClockStep, at=at, step=(5.0, -5.0, 0.4, -0.4)),
+    ]
+    if doors := doors_of(scene):
+        kinds.append(drawn(faults.DoorClosed, at=at, door=doors, lasting=lasting))
     return st.one_of(kinds)
 
 
@@ -201,65 +152,30 @@ def _at_once(at: float) -> SearchStrategy[tuple[Fault, ...]]:
 
 def starts(place: str) -> SearchStrategy[Start]:
     """Return a strategy of starts at a place."""
-    about = st.builds(
-        Start,
-        at=st.just(place),
-        known=st.just("about"),
-        off=st.sampled_from((0.0, 0.5)),
-        turned=st.sampled_from((0.0, 10.0)),
-    )
+    about = drawn(Start, at=(place,), known=("about",), off=(0.0, 0.5), turned=(0.0, 10.0))
     known = st.just(Start(at=place))
     return st.one_of(known, known, about, about, st.just(Start(at=place, known="nothing")))
 
 
 def hands() -> SearchStrategy[Operator]:
     """Return a strategy of people at an arm, who also drive with it."""
-    spots = st.sampled_from(
-        ((0.25, 0.0, 0.10), (0.20, 0.15, 0.0), (0.22, 0.0, -0.15), (0.6, 0.2, 0.3))
-    )
-    rates = st.sampled_from(((0.6, 0.0, 0.0, 0.0, 0.0), (0.0, -0.5, 0.5, 0.0, 0.0), (1.0,) * 5))
-    jumps = st.sampled_from(((-0.4, 0.4, 0.4), (0.73, 0.0, 0.0), (0.0, 0.05, 0.0)))
-    lasting = st.sampled_from((2.0, 1.0, 4.0))
+    spots = ((0.25, 0.0, 0.10), (0.20, 0.15, 0.0), (0.22, 0.0, -0.15), (0.6, 0.2, 0.3))
+    rates = ((0.6, 0.0, 0.0, 0.0, 0.0), (0.0, -0.5, 0.5, 0.0, 0.0), (1.0,) * 5)
+    jumps = ((-0.4, 0.4, 0.4), (0.73, 0.0, 0.0), (0.0, 0.05, 0.0))
+    lasting = (2.0, 1.0, 4.0)
     task: list[SearchStrategy[tasks.Task]] = [
-        st.builds(tasks.Move, kind=st.just("move"), to=st.sampled_from(("ready", "stow", "floor"))),
-        st.builds(tasks.Reach, kind=st.just("reach"), to=spots, lasting=st.just(4.0)),
-        st.builds(
-            tasks.Sweep,
-            kind=st.just("sweep"),
-            radius=st.sampled_from((0.05, 0.0, 0.15)),
-            cone=st.sampled_from((0.0, 20.0)),
-            lasting=lasting,
-        ),
-        st.builds(
-            tasks.Roam,
-            kind=st.just("roam"),
-            far=st.sampled_from((0.3, 0.6)),
-            speed=st.sampled_from((0.3, 1.0)),
-            lasting=lasting,
-        ),
-        st.builds(tasks.Clutch, kind=st.just("clutch"), times=st.just(5)),
-        st.builds(
-            tasks.Lose,
-            kind=st.just("lose"),
-            by=jumps,
-            drift=st.sampled_from((0.0, 0.3)),
-            said=st.booleans(),
-        ),
-        *(st.builds(tasks.Jog, kind=st.just("jog"), rates=rates, lasting=lasting),) * 2,
-        st.builds(
-            tasks.Drive,
-            kind=st.just("drive"),
-            speed=st.sampled_from((0.5, -0.5, 0.0)),
-            turn=st.sampled_from((0.0, 1.0)),
-            lasting=lasting,
-        ),
-        st.builds(tasks.Wait, kind=st.just("wait")),
+        drawn(tasks.Move, to=("ready", "stow", "floor")),
+        drawn(tasks.Reach, to=spots, lasting=(4.0,)),
+        drawn(tasks.Sweep, radius=(0.05, 0.0, 0.15), cone=(0.0, 20.0), lasting=lasting),
+        drawn(tasks.Roam, far=(0.3, 0.6), speed=(0.3, 1.0), lasting=lasting),
+        drawn(tasks.Clutch, times=(5,)),
+        drawn(tasks.Lose, by=jumps, drift=(0.0, 0.3), said=st.booleans()),
+        drawn(tasks.Jog, rates=rates, lasting=lasting),
+        drawn(tasks.Drive, speed=(0.5, -0.5, 0.0), turn=(0.0, 1.0), lasting=lasting),
+        drawn(tasks.Wait),
     ]
-    return st.builds(
-        operators.Hand,
-        kind=st.just("hand"),
-        tasks=st.lists(st.one_of(task), min_size=4, max_size=8).map(tuple),
-    )
+    several = st.lists(st.one_of(task), min_size=4, max_size=8).map(tuple)
+    return drawn(operators.Hand, tasks=several)
 
 
 @st.composite

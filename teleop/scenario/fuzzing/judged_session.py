@@ -59,12 +59,11 @@ class JudgedSession:
     """Share of quiet times in which it says ``tracking``; NaN without any."""
 
 
-def judge_session(scenario: Scenario, *, to_first: bool = True) -> JudgedSession:
-    """Run a session and judge it.
+def judge_session(scenario: Scenario) -> JudgedSession:
+    """Run a session until the first rule is broken, and judge it.
 
     Args:
         scenario: The session; its ``limits.rules`` must be on.
-        to_first: Whether it ends with the first rule that is broken.
 
     Raises:
         SimulationError: If it cannot be run, since a goal cannot be reached, for instance.
@@ -76,7 +75,7 @@ def judge_session(scenario: Scenario, *, to_first: bool = True) -> JudgedSession
     assert book is not None
 
     def stop(tick: TickRecord) -> None:
-        if to_first and book.broken:
+        if book.broken:
             session.end(f"rule {book.broken[0].rule} was broken")
 
     session.stepped.observers = (*session.stepped.observers, stop)

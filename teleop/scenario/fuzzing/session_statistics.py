@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from dataclasses import asdict, dataclass
 from typing import TypeAlias
 
@@ -102,49 +102,40 @@ def to_json(of: Reference) -> str:
 
 def compare(sessions: Iterable[JudgedSession], expected: Reference) -> tuple[Comparison, ...]:
     """Compare sessions with the reference."""
-    judged = list(sessions)
+    judged, was = list(sessions), expected
     carried, said = sum(len(each.said_after) for each in judged), _log_said_after(judged)
     share = len(said) / carried if carried else math.nan
-    chance = binomtest(len(said), carried, expected.noticed).pvalue if carried else 1.0
-    time = math.exp(float(said.mean())) if len(said) else math.nan
-    logs, tracking = _log_nees(judged), _tracking(judged)
-    nees = math.exp(float(logs.mean())) if len(logs) else math.nan
-    shares = float(tracking.mean()) if len(tracking) else math.nan
+    chance = binomtest(len(said), carried, was.noticed).pvalue if carried else 1.0
+    time = (said, was.log_said_after, was.log_said_after_sigma, was.carried)
+    nees = (_log_nees(judged), was.log_nees, was.log_nees_sigma, was.sessions)
+    tracking = (_tracking(judged), was.tracking, was.tracking_sigma, was.sessions)
     return (
-        Comparison("carried off and said so", share, expected.noticed, carried, float(chance)),
-        Comparison(
-            "seconds until it said so",
-            time,
-            math.exp(expected.log_said_after),
-            len(said),
-            _chance(said, expected.log_said_after, expected.log_said_after_sigma, expected.carried),
-        ),
-        Comparison(
-            "NEES in quiet times",
-            nees,
-            math.exp(expected.log_nees),
-            len(logs),
-            _chance(logs, expected.log_nees, expected.log_nees_sigma, expected.sessions),
-        ),
-        Comparison(
-            "tracking in quiet times",
-            shares,
-            expected.tracking,
-            len(tracking),
-            _chance(tracking, expected.tracking, expected.tracking_sigma, expected.sessions),
-        ),
+        Comparison("carried off and said so", share, was.noticed, carried, float(chance)),
+        _compared("seconds until it said so", *time, shown=math.exp),
+        _compared("NEES in quiet times", *nees, shown=math.exp),
+        _compared("tracking in quiet times", *tracking, shown=float),
     )
 
 
 Values: TypeAlias = np.ndarray[tuple[int], np.dtype[np.float64]]
 
 
-def _chance(values: Values, mean: float, sigma: float, count: int) -> float:
-    """Return the probability that the mean of values differs by so much from that of so many others, by chance."""
+def _compared(
+    name: str,
+    values: Values,
+    mean: float,
+    sigma: float,
+    count: int,
+    *,
+    shown: Callable[[float], float],
+) -> Comparison:
+    """Compare the mean of values with that of so many others."""
     if not len(values):
-        return 1.0
+        return Comparison(name, math.nan, shown(mean), 0, 1.0)
+    found = float(values.mean())
     spread = max(sigma, 1e-3) * math.sqrt(1.0 / len(values) + 1.0 / count)
-    return math.erfc(abs(float(values.mean()) - mean) / spread / math.sqrt(2.0))
+    chance = math.erfc(abs(found - mean) / spread / math.sqrt(2.0))
+    return Comparison(name, shown(found), shown(mean), len(values), chance)
 
 
 def _log_said_after(sessions: Iterable[JudgedSession]) -> Values:

@@ -5,8 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any, Final
 
-import numpy as np
-
+from localization.logs.ros_geometry import pose_from_message, pose_to_dict
 from localization.types import Pose
 from teleop.rosbridge.ros_time import SECOND, stamp
 from teleop.scenario.operators.simulated_hand import HandSample
@@ -49,10 +48,7 @@ class ArmLink:
         wire.subscribe("/arm/info", "farsteer_msgs/msg/ArmInfo", self._learn)
 
     def _see(self, message: Mapping[str, Any]) -> None:
-        at, turn = message["tip"]["position"], message["tip"]["orientation"]
-        self.tip = Pose(
-            np.array([at[axis] for axis in "xyz"]), np.array([turn[axis] for axis in "wxyz"])
-        )
+        self.tip = pose_from_message(message["tip"])
         self.stopped, self.opening = message["mode"] == "held", float(message["opening"])
 
     def _learn(self, message: Mapping[str, Any]) -> None:
@@ -63,7 +59,7 @@ class ArmLink:
         header = {"stamp": self._wire.stamp_before(self._wire.now - sample.stamp)}
         message = {
             "header": {**header, "frame_id": "arm_base"},
-            "pose": _plain(sample.pose),
+            "pose": pose_to_dict(sample.pose),
             "engaged": sample.engaged,
             "trigger": sample.trigger,
             "tracked": tracked,
@@ -84,7 +80,8 @@ class ArmLink:
         """Ask for a planned way to a named pose, or to a pose of the tip."""
         if isinstance(to, str):
             return self._ask(MOVE, {"name": to})
-        return self._ask(MOVE, {"pose": {"header": {"frame_id": "arm_base"}, "pose": _plain(to)}})
+        pose = {"header": {"frame_id": "arm_base"}, "pose": pose_to_dict(to)}
+        return self._ask(MOVE, {"pose": pose})
 
     def grip(self, opening: float, effort: float) -> Asked:
         """Ask for an opening of the gripper [m] with a force [N], 0 for its own."""
@@ -111,11 +108,3 @@ class ArmLink:
         asked = Asked()
         self._wire.goal(*action, values, asked.take)
         return asked
-
-
-def _plain(pose: Pose) -> dict[str, Any]:
-    position, turn = pose.position.tolist(), pose.quaternion_wxyz.tolist()
-    return {
-        "position": dict(zip("xyz", position, strict=True)),
-        "orientation": dict(zip("wxyz", turn, strict=True)),
-    }

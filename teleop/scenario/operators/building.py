@@ -29,20 +29,15 @@ def operator_of(chosen: settings.Operator, *, beside: Path | None) -> Operator:
     """
     match chosen:
         case settings.Follower():
-            return Follower(speed=chosen.speed, interface=chosen.interface, rate=chosen.rate)
+            return Follower(chosen)
         case settings.Steering():
-            return SteeringModel(
-                speed=chosen.speed,
-                reaction_time=chosen.reaction_time,
-                lapses=chosen.lapses,
-                lapse=chosen.lapse,
-            )
+            return SteeringModel(chosen)
         case settings.Careless():
-            return Careless(speed=chosen.speed, mistakes=chosen.mistakes, oddities=chosen.oddities)
+            return Careless(chosen)
         case settings.Replay():
             return Replay(read_commands(_inside(beside or Path(), chosen.file)))
         case settings.Steps():
-            return StepOperator(chosen.count, chosen.by)
+            return StepOperator(chosen)
         case settings.Places():
             return Places()
         case settings.Hand():

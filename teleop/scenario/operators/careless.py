@@ -11,6 +11,7 @@ from typing import Any, Final
 import numpy as np
 
 from localization.types import SECOND, Pose, Twist
+from teleop.scenario.files import operator_settings as settings
 from teleop.scenario.operators.goal_progress import GoalProgress
 from teleop.scenario.operators.hands import Hands
 from teleop.scenario.operators.operator import Briefing, GoalPlace, Operator
@@ -40,6 +41,8 @@ release it, ask on ``/cmd_vel`` for more than any robot can do, take the robot o
 ODDITIES: Final = ("backwards", "backwards", "release", "near_hint")
 """What it does besides, if it is odd: drive back for a while, release e-stops of others, hint at a pose that
 is so near to the right one that it half fits."""
+
+_HABITS: Final = settings.Careless("careless")
 
 _PERIOD: Final = SECOND // 10
 """Time between two commands [ns]."""
@@ -78,16 +81,10 @@ _TURNS: Final = ("/teleop/ask", "/teleop/give", "/teleop/refuse")
 class Careless(Operator):
     """Drives to the goals without care."""
 
-    def __init__(self, *, speed: float = 1.0, mistakes: float = 6.0, oddities: float = 0.0) -> None:
-        """Take its habits.
-
-        Args:
-            speed: Speed with the stick forward [m/s].
-            mistakes: Mistakes a minute, on average.
-            oddities: How often a minute it does one of ``ODDITIES``, on average.
-        """
+    def __init__(self, habits: settings.Careless = _HABITS) -> None:
+        """Take its habits."""
         super().__init__()
-        self._speed, self._rate, self._odd_rate = speed, mistakes, oddities
+        self._habits, self._speed = habits, habits.speed
         self._hands = Hands()
         self._path: RoutePath | None = None
         self._goal: GoalPlace | None = None
@@ -102,8 +99,8 @@ class Careless(Operator):
     def begin(self, wire: Wire, briefing: Briefing) -> None:
         """Subscribe to the robot's state."""
         self._view, self._progress = RobotView(wire), GoalProgress(briefing)
-        self._events = RandomEvents(f"{briefing.seed} mistakes", self._rate)
-        self._oddities = RandomEvents(f"{briefing.seed} oddities", self._odd_rate)
+        self._events = RandomEvents(f"{briefing.seed} mistakes", self._habits.mistakes)
+        self._oddities = RandomEvents(f"{briefing.seed} oddities", self._habits.oddities)
 
     def act(self, wire: Wire, now: int) -> None:
         """Send a command if one is due, and perhaps make a mistake."""

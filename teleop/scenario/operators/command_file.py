@@ -7,8 +7,8 @@ A line is ``{"stamp": 1500000000, "operation": {"op": "publish", "topic": "/joy"
 from __future__ import annotations
 
 import json
-from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any, Final
 
@@ -45,19 +45,13 @@ class CommandRecorder:
 
     def save(self, path: Path) -> None:
         """Write all operations so far."""
-        write_commands(path, self.sent)
-
-
-def write_commands(path: Path, commands: Iterable[SentOperation]) -> None:
-    """Write a file of commands."""
-    with path.open("w", encoding="utf-8") as file:
-        for command in commands:
-            line = {"stamp": command.stamp, "operation": command.operation}
-            file.write(json.dumps(line, separators=(",", ":")) + "\n")
+        with path.open("w", encoding="utf-8") as file:
+            for command in self.sent:
+                file.write(json.dumps(asdict(command), separators=(",", ":")) + "\n")
 
 
 def read_commands(path: Path) -> tuple[SentOperation, ...]:
-    """Read what ``write_commands`` wrote, or somebody else.
+    """Read what a recorder saved, or somebody else.
 
     Raises:
         SettingError: If it cannot be read, or a line is no command; the message names file and line.

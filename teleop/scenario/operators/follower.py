@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
-from typing import Final, Literal
+from typing import Final
 
 import numpy as np
 
 from localization.types import Health, Pose, Twist
+from teleop.scenario.files import operator_settings as settings
 from teleop.scenario.operators.driving import DrivingOperator
 from teleop.scenario.operators.hands import Hands
 from teleop.scenario.operators.operator import GoalPlace
 from teleop.scenario.tour_driver import DriverConfig, TourDriver
+
+_HABITS: Final = settings.Follower()
 
 _OFF_THE_WAY: Final = 1.5
 """Distance from its way at which a robot has been carried off it [m]."""
@@ -22,22 +25,10 @@ _TURN_GAIN: Final = 1.2
 class Follower(DrivingOperator):
     """Follows its way by pure pursuit."""
 
-    def __init__(
-        self,
-        *,
-        speed: float = 0.6,
-        interface: Literal["joy", "cmd_vel"] = "joy",
-        rate: float = 10.0,
-    ) -> None:
-        """Take its habits.
-
-        Args:
-            speed: Speed on straight stretches [m/s].
-            interface: Topic to drive by: ``/joy`` or ``/cmd_vel``.
-            rate: Commands per second.
-        """
-        super().__init__(Hands(interface), rate=rate)
-        self._speed = speed
+    def __init__(self, habits: settings.Follower = _HABITS) -> None:
+        """Take its habits."""
+        super().__init__(Hands(habits.interface), rate=habits.rate)
+        self._speed = habits.speed
         self._goal: GoalPlace | None = None
         self._driver: TourDriver | None = None
 

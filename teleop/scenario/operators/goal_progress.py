@@ -8,7 +8,7 @@ import numpy as np
 
 from localization.geometry import FloatArray
 from localization.types import SECOND
-from teleop.scenario.operators.operator import Briefing, FindWay, GoalPlace, Point
+from teleop.scenario.operators.operator import Briefing, GoalPlace, Point
 
 _MARGIN: Final = SECOND // 2
 """Time for which a goal is kept beyond the demanded one [ns]: the pose is seen late."""
@@ -63,11 +63,8 @@ class GoalProgress:
     def way_anew(self, here: FloatArray) -> tuple[Point, ...]:
         """Return way-points from a position (2,) that is off the known way."""
         start = (float(here[0]), float(here[1]))
-        found: tuple[Point, ...] = self._found(self._find_way, start)
+        found = self._find_way(start, self.goal.at) if self._find_way is not None else ()
         return (start, *found) if found else self.way(here)
-
-    def _found(self, find_way: FindWay | None, start: Point) -> tuple[Point, ...]:
-        return () if find_way is None else find_way(start, self.goal.at)
 
     def arrived(self, here: FloatArray, now: int) -> bool:
         """Return whether the robot is at the goal, where it is to stay for the time being.

@@ -42,7 +42,6 @@ class MemoryTransport:
         *,
         token: str | None = None,
         access: Access | None = None,
-        address: str = "",
         recorder: Recorder | None = None,
     ) -> Wire:
         """Connect a client.
@@ -51,7 +50,6 @@ class MemoryTransport:
             token: Token that it shows as it connects, as in the header of a socket's request; without one it
                 may still send the operation ``auth``.
             access: Permissions that the host gives it, whatever its token.
-            address: Its network address, for logs.
             recorder: Keeps what it sends.
 
         Raises:
@@ -59,9 +57,9 @@ class MemoryTransport:
         """
         if access is None:
             access = self._access(token)
-        if refusal := self.protocol.places.refusal(access, address.rpartition(":")[0]):
+        if refusal := self.protocol.places.refusal(access, ""):
             raise WireError(refusal)
-        wire = Wire(self, self.protocol.connect(self.now, address, access), recorder)
+        wire = Wire(self, self.protocol.connect(self.now, access=access), recorder)
         self._wires[wire.client] = wire
         return wire
 

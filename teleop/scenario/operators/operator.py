@@ -46,11 +46,6 @@ class Briefing:
     find_way: FindWay | None = None
     """Finds a way from where the robot is said to be, after it was carried off; None if nobody does."""
 
-    @property
-    def route(self) -> tuple[Point, ...]:
-        """All way-points: past the goals, or along the tour."""
-        return tuple(point for goal in self.goals for point in goal.way) or self.tour
-
 
 class Operator(ABC):
     """An operator; a subclass is one of your own.

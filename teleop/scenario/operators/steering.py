@@ -20,12 +20,15 @@ import numpy as np
 
 from localization.geometry import wrap_angle
 from localization.types import SECOND, Pose, Twist
+from teleop.scenario.files.operator_settings import Steering
 from teleop.scenario.operators.driving import DrivingOperator
 from teleop.scenario.operators.hands import Hands
 from teleop.scenario.operators.operator import Briefing, GoalPlace
 from teleop.scenario.operators.random_events import RandomEvents
 from teleop.scenario.operators.wire import Wire
 from teleop.scenario.route_path import RoutePath, direction_to
+
+_HABITS: Final = Steering("steering")
 
 _FAR_GAIN: Final = 1.4
 """``k_far``: change of the turn rate per change of the far point's direction [1/s].
@@ -82,25 +85,10 @@ class _Look:
 class SteeringModel(DrivingOperator):
     """Steers as a model of people does; drawn by the scenario's seed."""
 
-    def __init__(
-        self,
-        *,
-        speed: float = 0.6,
-        reaction_time: float = 0.3,
-        lapses: float = 2.0,
-        lapse: float = 1.0,
-    ) -> None:
-        """Take the person's habits.
-
-        Args:
-            speed: Speed on straight stretches [m/s].
-            reaction_time: Time from what is seen to what the hand does [s].
-            lapses: How often a minute the person looks away, on average.
-            lapse: How long the person looks away, on average [s].
-        """
+    def __init__(self, habits: Steering = _HABITS) -> None:
+        """Take the person's habits."""
         super().__init__(Hands())
-        self._speed, self._reaction = speed, round(reaction_time * SECOND)
-        self._lapses, self._lapse = lapses, lapse
+        self._habits, self._reaction = habits, round(habits.reaction_time * SECOND)
         self._path: RoutePath | None = None
         self._goal: GoalPlace | None = None
         self._seen: deque[_Look] = deque()
@@ -113,14 +101,14 @@ class SteeringModel(DrivingOperator):
     def begin(self, wire: Wire, briefing: Briefing) -> None:
         """Begin with a sequence of lapses of its own."""
         super().begin(wire, briefing)
-        self._away = RandomEvents(f"{briefing.seed} lapses", self._lapses)
+        self._away = RandomEvents(f"{briefing.seed} lapses", self._habits.lapses)
 
     def wanted(self, now: int) -> Twist:
         """Return the velocity to ask for: while the person looks away, the one of before."""
         if now < self._away_until:
             return self._held
         if self._away.due(now):
-            self._away_until = now + self._away.lasting(self._lapse)
+            self._away_until = now + self._away.lasting(self._habits.lapse)
             return self._held
         self._held = super().wanted(now)
         return self._held
@@ -155,7 +143,7 @@ class SteeringModel(DrivingOperator):
             )
         self._hand = float(np.clip(self._hand, -_TURN_LIMIT, _TURN_LIMIT))
         share = max(0.3, 1.0 - abs(look.far) / _CORNER)
-        return Twist.planar(min(self._speed * share, 0.1 + 0.6 * look.left), self._hand)
+        return Twist.planar(min(self._habits.speed * share, 0.1 + 0.6 * look.left), self._hand)
 
     def _see(self, pose: Pose, now: int) -> None:
         here, goal = pose.position[:2], self.progress.goal
@@ -164,8 +152,8 @@ class SteeringModel(DrivingOperator):
         elif self._path.follow(here) > _OFF_THE_WAY:
             self._path = RoutePath(self.progress.way_anew(here))
         self._goal = goal
-        near = self._path.ahead(max(0.4, _NEAR_TIME * self._speed))
-        far = self._path.ahead(max(1.0, _FAR_TIME * self._speed))
+        near = self._path.ahead(max(0.4, _NEAR_TIME * self._habits.speed))
+        far = self._path.ahead(max(1.0, _FAR_TIME * self._habits.speed))
         stop = self.progress.ends_here
         left = float(np.hypot(*(np.array(goal.at) - here))) if stop else np.inf
         self._seen.append(_Look(now, direction_to(pose, near), direction_to(pose, far), left))

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import Final, Protocol
+from typing import Final
 
 from localization.types import SECOND
 from teleop.scenario.operators.wire import Answer, Wire
@@ -17,23 +17,6 @@ SPEED: Final = 0.3
 
 TURN: Final = math.radians(15.0)
 """Turn rate of the client that counts time [rad/s]: that of the thesis."""
-
-
-class StepDriver(Protocol):
-    """Drives one step after the other."""
-
-    name: str
-    """Name of the method, for the table."""
-
-    @property
-    def outcome(self) -> str:
-        """How the last step ended."""
-
-    def begin(self, wire: Wire, step: Step) -> None:
-        """Begin a step."""
-
-    def act(self, wire: Wire, now: int) -> bool:
-        """Do what is due at a time [ns]; return whether the step has ended."""
 
 
 class ByTime:

@@ -4,18 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Final, Literal
+from typing import Final
 
 from localization.types import SECOND
 from teleop.errors import TeleopError
+from teleop.scenario.files.operator_settings import Steps
 from teleop.scenario.operators.operator import Briefing, Operator
-from teleop.scenario.operators.step_drivers import ByRobot, ByTime, StepDriver
+from teleop.scenario.operators.step_drivers import ByRobot, ByTime
 from teleop.scenario.operators.step_plan import drawn_steps
 from teleop.scenario.operators.wire import Wire
 from teleop.step_commands.commands import Step
-
-Method = Literal["time", "odometry", "localization"]
-"""What steps are measured by as they are driven."""
 
 _TICK: Final = SECOND // 50
 _WARM_UP: Final = 50 * _TICK
@@ -51,15 +49,15 @@ class StepOperator(Operator):
 
     ends_run = True
 
-    def __init__(self, count: int, by: Method) -> None:
+    def __init__(self, settings: Steps) -> None:
         """Take the number of steps, and what they are measured by."""
         super().__init__()
         self.driven: list[DrivenStep] = []
         """The steps that were driven, in order."""
 
-        self._count = count
-        self._driver: StepDriver = ByTime() if by == "time" else ByRobot(by)
-        self._rest = _PAUSE if by == "time" else _REST
+        self._count, by_time = settings.count, settings.by == "time"
+        self._driver = ByTime() if by_time else ByRobot(settings.by)
+        self._rest = _PAUSE if by_time else _REST
         self._steps: Sequence[Step] = ()
         self._due, self._begun, self._drives = _WARM_UP, 0, False
 

@@ -87,12 +87,6 @@ class Wire:
         self.clock_offset = CLOCK_OFFSET
         """What the client's clock is ahead of the robot's [ns]."""
 
-        self.sent = 0
-        """Number of frames sent."""
-
-        self.received = 0
-        """Number of frames received."""
-
         self.seen: int | None = None
         """Newest robot time in the header of a message that was handed on [ns]: so old is what its operator sees."""
 
@@ -189,21 +183,11 @@ class Wire:
         """Ask for the end of a goal; its result says what became of it."""
         self.send({"op": "cancel_action_goal", "action": action, "id": identity})
 
-    def authenticate(self, token: str) -> None:
-        """Show a token by the operation ``auth``; it is not recorded."""
-        self._transmit({"op": "auth", "token": token})
-
     def send(self, operation: Mapping[str, Any]) -> None:
         """Send any operation; nothing happens if the connection has ended."""
-        if self.closed is not None or self._hung:
-            return
-        if self._recorder is not None:
-            self._recorder.add(self._transport.now, operation)
-        self._transmit(operation)
-
-    def _transmit(self, operation: Mapping[str, Any]) -> None:
         if self.closed is None and not self._hung:
-            self.sent += 1
+            if self._recorder is not None:
+                self._recorder.add(self._transport.now, operation)
             frame = json.dumps(operation, separators=(",", ":"))
             self._transport.protocol.receive(self.client, frame, self._transport.now)
 
@@ -228,7 +212,6 @@ class Wire:
                 # The protocol is at work: it learns of the end in its next tick.
                 self._transport.protocol.timers.at(self._transport.now, self._end)
         elif self.closed is None and not self._hung and not output.binary:
-            self.received += 1
             self._arrived.append(output.payload)
 
     def deliver(self) -> None:

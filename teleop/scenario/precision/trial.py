@@ -7,11 +7,11 @@ from dataclasses import replace
 from typing import Final
 
 from teleop.scenario.files.limits import Limits
-from teleop.scenario.files.operator_settings import Steps
+from teleop.scenario.files.operator_settings import Method, Steps
 from teleop.scenario.files.reading import read_scenario
 from teleop.scenario.files.scenario import NO_SCANNERS, Mission, Scenario
 from teleop.scenario.files.shipped import shipped_files
-from teleop.scenario.operators.steps import Method, StepOperator
+from teleop.scenario.operators.steps import StepOperator
 from teleop.scenario.precision.ways import Trial, Ways
 from teleop.scenario.session.run import run_scenario
 
@@ -57,7 +57,7 @@ def run_trial(scenario: Scenario, *, progress: Callable[[int], None] = lambda do
     steps = scenario.operator
     assert isinstance(steps, Steps)
     assert scenario.world.surface is not None
-    operator, ways = StepOperator(steps.count, steps.by), Ways()
+    operator, ways = StepOperator(steps), Ways()
     run_scenario(
         scenario,
         operator=operator,

@@ -7,13 +7,12 @@ from typing import Final
 import numpy as np
 
 from localization.types import SECOND
+from robot_sim import TICK_NS
 from teleop.robot.safety.control_state import ControlMode, ControlState, SafetyConfig
 from teleop.robot.tick_record import TickRecord
 
 _RESTING: Final = 0.01
 """Speed below which the robot rests, forward or sideways [m/s]; and turn rate [rad/s], twice that."""
-_TICK: Final = 20_000_000
-"""Duration of a tick [ns]."""
 _SILENCE: Final = SafetyConfig().watchdog
 """Age of the last command from which on the driver is silent, whatever the robot makes of it [ns]."""
 
@@ -47,8 +46,8 @@ class Silences:
     def take(self, tick: TickRecord) -> str | None:
         """Take one tick; return how the robot has stopped of itself, if it does so with this tick."""
         control, twist = tick.control, tick.truth.twist
-        begun, now = self._way, tick.stamp - _TICK
-        self._way += float(np.hypot(twist.linear[0], twist.linear[1])) * (_TICK / SECOND)
+        begun, now = self._way, tick.stamp - TICK_NS
+        self._way += float(np.hypot(twist.linear[0], twist.linear[1])) * (TICK_NS / SECOND)
         fresh = self._follow_commands(control, now, begun)
         moving = bool(control.twist.linear.any() or control.twist.angular.any())
         resting, armed = _rests(tick), control.control is ControlMode.ARMED

@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-import hashlib
 import json
 import os
-import secrets
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 from typing import Final
 
@@ -14,8 +12,9 @@ from teleop import clock
 from teleop.errors import SettingError
 from teleop.robot.serving.server_setup import ROLES
 from teleop.rosbridge.auth.authenticator import Authenticator
-from teleop.rosbridge.auth.credentials import Credential, Credentials, read_credentials
+from teleop.rosbridge.auth.credentials import read_credentials
 from teleop.rosbridge.auth.permissions import Access, Role
+from teleop.scenario.session.operator_tokens import RunTokens, made_token
 from teleop.scenario.session.session import Session
 
 TOKEN: Final = "FARSTEER_TOKEN"
@@ -24,17 +23,7 @@ _HOLDER: Final = "client"
 """Holder of the token that a run makes."""
 
 
-@dataclass(frozen=True, slots=True)
-class ClientAccess:
-    """Who may connect, and by which token the client under test does."""
-
-    authenticator: Authenticator | None = None
-    """Verifies tokens; None if none are required."""
-    token: str = ""
-    """The client's token; empty if none is required."""
-
-
-def access_with(tokens: Path | None) -> ClientAccess:
+def access_with(tokens: Path | None) -> RunTokens:
     """Return the access to a robot whose clients need a token of a file.
 
     The client under test gets the token that ``FARSTEER_TOKEN`` holds already, so that it can be tried in any
@@ -49,23 +38,17 @@ def access_with(tokens: Path | None) -> ClientAccess:
         SettingError: If ``FARSTEER_TOKEN`` holds a token that is not in the file.
     """
     if tokens is None:
-        return ClientAccess()
+        return RunTokens()
     credentials = read_credentials(tokens, ROLES).valid_at(clock.unix_seconds())
     token = os.environ.get(TOKEN, "")
     if not token:
-        token = secrets.token_urlsafe(24)
-        credentials = _with_token(credentials, token)
+        token, key = made_token(Access(_HOLDER, Role.OPERATE, credentials.rules[Role.OPERATE]))
+        credentials = replace(credentials, keys=(*credentials.keys, key))
     elif credentials.find(token) is None:
         raise SettingError(
             f"{TOKEN} holds a token that is not in {tokens}; unset it, and the run makes one"
         )
-    return ClientAccess(Authenticator(credentials, clock.unix_seconds), token)
-
-
-def _with_token(credentials: Credentials, token: str) -> Credentials:
-    access = Access(_HOLDER, Role.OPERATE, credentials.rules[Role.OPERATE])
-    key = Credential(access, digest=hashlib.sha256(token.encode()).digest())
-    return replace(credentials, keys=(*credentials.keys, key))
+    return RunTokens(Authenticator(credentials, clock.unix_seconds), (token,))
 
 
 def environment_of(session: Session, pace: str, token: str) -> dict[str, str]:

@@ -10,11 +10,12 @@ from teleop.scenario.files.scenario import Scenario
 
 def link_of(scenario: Scenario) -> LinkTimeline:
     """Return what delays the frames of clients, and measures how long they are on their way."""
-    periods = [_period(fault) for fault in scenario.fault if isinstance(fault, Link)]
+    periods = [period_of(fault) for fault in scenario.fault if isinstance(fault, Link)]
     return LinkTimeline(periods, seed=scenario.seed, clock_services=("/sim/step",))
 
 
-def _period(fault: Link) -> LinkPeriod:
+def period_of(fault: Link) -> LinkPeriod:
+    """Return the time in which a fault makes a link worse."""
     end = NEVER if fault.lasting is None else round((fault.at + fault.lasting) * SECOND)
     return LinkPeriod(
         round(fault.at * SECOND),

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import asyncio
-from dataclasses import dataclass
 from typing import Final
 
 from localization.types import SECOND
@@ -25,16 +24,6 @@ _LISTEN: Final = 0.001
 """Real time for sockets between two ticks of a robot that is behind [s]."""
 
 
-@dataclass(frozen=True, slots=True)
-class ClientEnding:
-    """How it ended with the client."""
-
-    failure: str = ""
-    """Why the client failed; empty if it did not."""
-    lost: int = 0
-    """Real time by which the ticks fell behind the clock [ns]."""
-
-
 async def run_over_socket(
     session: Session,
     watch: ClientWatch,
@@ -42,7 +31,7 @@ async def run_over_socket(
     *,
     patience: float,
     progress: Progress = lambda share, text: None,
-) -> ClientEnding:
+) -> str:
     """Tick a started session by the clock until it is over.
 
     The world waits for the client's first connection. What happens from then on depends on when frames arrive,
@@ -54,6 +43,9 @@ async def run_over_socket(
         client: The client's processes; None if somebody else has started it.
         patience: Real time within which it must connect, and come back if it leaves [s].
         progress: Called once in a second of robot time.
+
+    Returns:
+        Why the client failed; empty if it did not.
     """
     attendance = Attendance(watch, client, patience, asyncio.get_running_loop().time)
     if failure := await _connected(watch, attendance):
@@ -73,9 +65,7 @@ async def run_over_socket(
             if tick is None or resting(tick) or braking > LockstepService.MAX_BRAKING_TICKS:
                 break
         await pace.wait()
-    if failure:
-        return _failed(session, failure, pace.lost)
-    return _failed(session, await _end(session, attendance), pace.lost)
+    return _failed(session, failure or await _end(session, attendance))
 
 
 async def run_stepped(
@@ -85,7 +75,7 @@ async def run_stepped(
     *,
     patience: float,
     progress: Progress = lambda share, text: None,
-) -> ClientEnding:
+) -> str:
     """Wait while a client steps a started session, until it is over or the client has gone.
 
     Args:
@@ -94,6 +84,9 @@ async def run_stepped(
         client: The client's processes; None if somebody else has started it.
         patience: Real time within which it must connect, step, and come back if it leaves [s].
         progress: Called once in a second of robot time.
+
+    Returns:
+        Why the client failed; empty if it did not.
     """
     loop = asyncio.get_running_loop()
     begun = loop.time()
@@ -145,18 +138,12 @@ class _Pace:
     def __init__(self) -> None:
         self._loop = asyncio.get_running_loop()
         self._due = self._loop.time()
-        self._lost = 0.0
-
-    @property
-    def lost(self) -> int:
-        """Lag that was let go [ns]."""
-        return round(self._lost * SECOND)
 
     async def wait(self) -> None:
         """Wait until the next tick is due, and listen to the sockets meanwhile."""
         self._due += PERIOD / SECOND
         if (lag := self._loop.time() - self._due) > LARGEST_LAG / SECOND:
-            self._lost, self._due = self._lost + lag, self._due + lag
+            self._due += lag
         await asyncio.sleep(max(_LISTEN, self._due - self._loop.time()))
 
 
@@ -169,7 +156,7 @@ async def _connected(watch: ClientWatch, attendance: Attendance) -> str:
     return ""
 
 
-async def _braked(session: Session, failure: str) -> ClientEnding:
+async def _braked(session: Session, failure: str) -> str:
     """Tick a robot that nobody steps any more until it rests, and end the session."""
     for _ in range(LockstepService.MAX_BRAKING_TICKS):
         tick = session.tick()
@@ -179,12 +166,12 @@ async def _braked(session: Session, failure: str) -> ClientEnding:
     return _failed(session, failure)
 
 
-def _failed(session: Session, failure: str, lost: int = 0) -> ClientEnding:
-    """End a session, if it has not ended, because the client failed; an empty text says that it has not."""
+def _failed(session: Session, failure: str) -> str:
+    """End a session, if it has not ended, because the client failed; return why, or nothing if it has not."""
     if failure:
         session.note(EventKind.CLIENT, failure)
         session.end(failure)
-    return ClientEnding(failure, lost)
+    return failure
 
 
 async def _end(session: Session, attendance: Attendance) -> str:

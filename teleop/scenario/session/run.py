@@ -34,7 +34,6 @@ from teleop.scenario.session.client_watch import ClientWatch
 from teleop.scenario.session.in_memory import Progress, run_in_memory
 from teleop.scenario.session.links import link_of
 from teleop.scenario.session.over_socket import (
-    ClientEnding,
     end_client,
     run_over_socket,
     run_stepped,
@@ -130,20 +129,20 @@ def run_scenario(
         # Nothing that is refused leaves a folder.
         session.folder = kept = None if folder is None else RunFolder(folder, scenario, scene)
     begun = wall_seconds()
-    ending = ClientEnding()
+    failure = ""
     try:
         if foreign:
             assert folder is not None
             with left_to_event_loops(), asyncio.Runner(loop_factory=DatedEventLoop) as runner:
-                ending = runner.run(
-                    _with_client(session, client, folder, pace, access.token, progress)
+                failure = runner.run(
+                    _with_client(session, client, folder, pace, access.of(0) or "", progress)
                 )
         else:
             briefing = briefing_of(scenario, scene.world)
             real = pace == "real"
             run_in_memory(session, drivers, briefing, real_time=real, progress=progress)
         if kept is not None:
-            kept.end(ending_of(session, ending.failure))
+            kept.end(ending_of(session, failure))
     except KeyboardInterrupt:
         session.end("interrupted", cut_short=True)
         if kept is not None:
@@ -154,7 +153,7 @@ def run_scenario(
             session.camera.close()
         if kept is not None:
             kept.close()
-    return outcome_of(session, pace, factor, ending.failure)
+    return outcome_of(session, pace, factor, failure)
 
 
 def _check_station(pace: Pace | None, tokens: Path | None) -> None:
@@ -174,7 +173,7 @@ def _drivers(scenario: Scenario, operator: Operator | None, beside: Path | None)
 
 async def _with_client(
     session: Session, command: str | None, folder: Path, pace: Pace, token: str, progress: Progress
-) -> ClientEnding:
+) -> str:
     settings = session.scenario.operator
     assert isinstance(settings, OUTSIDE)
     watch = ClientWatch(

@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Iterator
-from contextlib import contextmanager
 from dataclasses import dataclass
 from importlib.metadata import version
 from pathlib import Path
@@ -60,18 +58,12 @@ def run_one(scenario: str, beside: str | None) -> dict[str, Any]:
     """
     watch = Stopwatch()
     begun = time.process_time()
-    with _measured(watch):
+    with watch.stage("total"):
         result, seconds = _judged(SCHEMA.validate_json(scenario), beside, watch)
     stages = {name: sum(laps) for name, laps in watch.laps.items() if name in STAGES}
     rest = sum(watch.laps["total"]) - sum(stages.values())
     times = {"robot": seconds, "processor": time.process_time() - begun, **stages, "wire": rest}
     return {**result, "times": times}
-
-
-@contextmanager
-def _measured(watch: Stopwatch) -> Iterator[None]:
-    with watch.stage("total"):
-        yield
 
 
 def _judged(

@@ -23,6 +23,7 @@ import numpy as np
 from localization.maps.cloud import Cloud
 from localization.maps.map_files import load_cloud
 from localization.types import Pose
+from teleop.clock import PERIOD
 from teleop.errors import TeleopError
 from teleop.operator.display.threaded_display import UnhurriedDisplay
 from teleop.operator.operator_client import CAMERA, TOPICS, OperatorClient
@@ -32,8 +33,6 @@ from teleop.scenario.tour_driver import DriverConfig, TourDriver
 
 TICKS_PER_STEP = 5
 """Number of ticks between Joy messages: ten messages a second, as from a Unity scene with ROS#."""
-_TICK = 20_000_000
-"""Duration of a tick [ns]."""
 _STATE = "/scenario/state"
 """The topic that says when the run is over."""
 
@@ -83,17 +82,6 @@ class Orders:
         return UnhurriedDisplay(Display(cloud, sink=sink, camera=self.camera))
 
 
-class _Run:
-    """Knows whether the run is over."""
-
-    def __init__(self) -> None:
-        self.over = False
-
-    def receive(self, message: Mapping[str, Any]) -> None:
-        """Take a message of the topic that says it."""
-        self.over = message["phase"] == "over"
-
-
 async def operate(
     url: str, map_file: str, way: Sequence[tuple[float, float]], orders: Orders
 ) -> None:
@@ -108,17 +96,17 @@ async def operate(
     Raises:
         StationError: If the maps differ or the robot does not step.
     """
-    cloud, run = load_cloud(map_file), _Run()
+    cloud = load_cloud(map_file)
     display = orders.display(cloud)
     # In lockstep a step may take long; if the robot's process ends, so does the socket.
     client = Client(url, registry=registry(), reconnect=False, keepalive=None, timeout=60.0)
     topics = {**TOPICS, **CAMERA} if orders.camera else TOPICS
     operator = OperatorClient(client, cloud, display, topics=topics)
-    robot = _SteppedRobot(operator, run, display)
+    robot = _SteppedRobot(operator, display)
     try:
         await client.connect()
         await operator.start()
-        await client.subscribe(_STATE, "farsteer_msgs/msg/ScenarioState", run.receive)
+        await client.subscribe(_STATE, "farsteer_msgs/msg/ScenarioState", robot.receive)
         await robot.step(1)
         if operator.map_mismatch or not operator.map_sha256:
             raise StationError(
@@ -131,32 +119,37 @@ async def operate(
             display.close()
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(slots=True)
 class _SteppedRobot:
     """The robot in lockstep, and what shows it."""
 
     operator: OperatorClient
-    run: _Run
     display: UnhurriedDisplay | None
+    over: bool = False
+    """Whether the run is over."""
+
+    def receive(self, message: Mapping[str, Any]) -> None:
+        """Take a message of the topic that says whether it is."""
+        self.over = message["phase"] == "over"
 
     async def step(self, ticks: int) -> None:
         """Step it; what was received before is drawn meanwhile."""
         if self.display is not None:
             asyncio.get_running_loop().call_soon(self.display.draw)  # once the call has been sent
         failure = await self.operator.step(ticks)
-        if failure is not None and not self.run.over:
+        if failure is not None and not self.over:
             raise StationError(f"the robot does not step: {failure}")
 
 
 async def _drive(robot: _SteppedRobot, driver: TourDriver, orders: Orders) -> None:
     hinted, operator = False, robot.operator
-    while not robot.run.over:
+    while not robot.over:
         if not hinted and operator.now >= orders.hint_stamp:
             hinted = True
             await orders.give_hint(operator)
         twist = driver.command(operator.map_from_base, operator.health)
         await operator.drive(twist, enabled=True)
-        await robot.step(TICKS_PER_STEP - operator.now // _TICK % TICKS_PER_STEP)
+        await robot.step(TICKS_PER_STEP - operator.now // PERIOD % TICKS_PER_STEP)
 
 
 async def _operate_until_terminated() -> None:

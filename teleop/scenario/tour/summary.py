@@ -5,14 +5,14 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Final
 
+import msgspec
 import numpy as np
 
 from localization.cli.terminal import plain
-from localization.config import from_json
 from localization.evaluation.consistency import Consistency, consistency, health_shares, nees
 from localization.evaluation.error_statistics import EvaluationError
 from localization.evaluation.estimate_trace import TraceError, TraceRow, read_trace
@@ -172,16 +172,13 @@ def read_summary(folder: Path) -> RunSummary:
     path = folder / SUMMARY
     try:
         values = json.loads(path.read_text(encoding="utf-8"))
-        known = {each.name for each in fields(TourFacts)}
-        facts = {name: value for name, value in values["facts"].items() if name in known}
-        facts["stages"] = tuple(StageTime(**s) for s in facts["stages"])
-        facts["traffic"] = tuple(TopicTraffic(**t) for t in facts["traffic"])
+        facts = msgspec.convert(values["facts"], TourFacts)
         checks = [LimitCheck(**{"value": math.nan, **_known(each)}) for each in values["checks"]]
         passed = bool(values["passed"])
-        return summarise(folder, from_json(TourFacts, facts), checks, passed=passed)
+        return summarise(folder, facts, checks, passed=passed)
     except OSError as error:
         raise ReportError(f"{folder} is not a run: {path.name}: {error.strerror}") from None
-    except (KeyError, TypeError, json.JSONDecodeError) as error:
+    except (KeyError, TypeError, json.JSONDecodeError, msgspec.ValidationError) as error:
         raise ReportError(f"{path} is damaged: {error}") from None
 
 

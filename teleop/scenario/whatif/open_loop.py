@@ -9,10 +9,10 @@ import random
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import Final
 
 from localization.types import SECOND
 from robot_sim import TICK_NS
+from teleop.link.timeline import NEVER, LinkSchedule
 from teleop.robot.inbox import Disconnected, DriveCommand, InboxMessage
 from teleop.robot.stepped_robot import TickObserver
 from teleop.scenario.files.faults import Fault, Link, OperatorKilled
@@ -20,13 +20,11 @@ from teleop.scenario.files.scenario import Scenario
 from teleop.scenario.referee.outcome import EventKind, Outcome
 from teleop.scenario.session.fault_schedule import SECOND_OPERATOR
 from teleop.scenario.session.in_memory import Progress
+from teleop.scenario.session.links import period_of
 from teleop.scenario.session.recorded_run import read_run
 from teleop.scenario.session.referee_notes import Ending, Note
 from teleop.scenario.session.run import run_again
 from teleop.scenario.session.scene import scene_of
-
-_NEVER: Final = 2**62
-"""A time after all runs [ns]."""
 
 Inboxes = Mapping[int, Sequence[InboxMessage]]
 """Messages by the number of their tick."""
@@ -79,6 +77,7 @@ def delivered(
         seed: Seed of the jitter.
     """
     links = [fault for fault in faults if isinstance(fault, Link) and fault.direction != "down"]
+    link = LinkSchedule([period_of(each) for each in links])
     killed = next((fault for fault in faults if isinstance(fault, OperatorKilled)), None)
     draws = random.Random(f"what-if {seed}")
     inboxes: dict[int, list[InboxMessage]] = {}
@@ -95,11 +94,12 @@ def delivered(
                 continue
             if killed is not None:
                 continue
-            latest = max(latest, _out(number * TICK_NS, links, draws))
-            if latest >= _NEVER:
-                continue
-            tick = -(-latest // TICK_NS)
-            inboxes.setdefault(tick, []).append(_later(message, latest - number * TICK_NS))
+            sent = number * TICK_NS
+            delay = link.delay_at(sent) + link.jitter_at(sent) * draws.random()
+            latest = max(latest, link.through(sent + round(delay * SECOND)))
+            if latest < NEVER:
+                tick = -(-latest // TICK_NS)
+                inboxes.setdefault(tick, []).append(_later(message, latest - sent))
     if killed is not None and not killed.silent:
         gone = [Disconnected(client) for client in present if _is_of_client(Disconnected(client))]
         inboxes.setdefault(common, []).extend(gone)
@@ -109,30 +109,13 @@ def delivered(
 def _again(notes: Sequence[Note], faults: Sequence[Fault], common: int) -> list[Note]:
     """Return the notes that hold for the fork too: no broken rules, and nothing of a client that has been killed."""
     is_killed = any(isinstance(fault, OperatorKilled) for fault in faults)
-    end = common * TICK_NS if is_killed else _NEVER
+    end = common * TICK_NS if is_killed else NEVER
     return [n for n in notes if n.kind is not EventKind.RULE and n.stamp <= end]
 
 
 def _is_of_client(message: InboxMessage) -> bool:
     """Return whether a message came over the wire: not from the scenario itself."""
     return message.client not in ("", SECOND_OPERATOR)
-
-
-def _out(entered: int, links: Sequence[Link], draws: random.Random) -> int:
-    """Return when a message comes out that was sent at ``entered`` [ns]."""
-    held = [link for link in links if _is_on(link, entered)]
-    delay = sum(link.delay + link.jitter * draws.random() for link in held)
-    out = entered + round(delay * SECOND)
-    for link in sorted(links, key=lambda link: link.at):
-        if link.blackout and _is_on(link, out):
-            out = _NEVER if link.lasting is None else round((link.at + link.lasting) * SECOND)
-    return out
-
-
-def _is_on(link: Link, time: int) -> bool:
-    begin = round(link.at * SECOND)
-    end = _NEVER if link.lasting is None else round((link.at + link.lasting) * SECOND)
-    return begin <= time < end
 
 
 def _later(message: InboxMessage, delay: int) -> InboxMessage:

@@ -57,14 +57,6 @@ def error_of(words: list[str], capsys: pytest.CaptureFixture[str]) -> str:
     return text.partition("farsteer: ")[2].strip()
 
 
-def test_every_scenario_of_the_project_can_be_read_and_is_named_after_its_file() -> None:
-    assert len(shipped_files()) >= 2
-    for name, file in shipped_files().items():
-        scenario = read_scenario(file)
-        assert scenario.name == name
-        assert scenario.description
-
-
 def test_list_names_the_scenarios_of_the_project(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["scenario", "list"]) == 0
     text = capsys.readouterr().out

@@ -8,8 +8,7 @@ import math
 import pytest
 from hypothesis import given, strategies as st
 
-from teleop.step_commands.commands import Photo, Step, StepCommand
-from teleop.step_commands.errors import StepCommandError
+from teleop.step_commands.commands import Photo, Step, StepCommand, StepCommandError
 from teleop.step_commands.turtle_control import MAX_LENGTH, StepSizes, read_turtle_control
 
 SET = StepSizes(distance=0.5, angle=15)

@@ -64,7 +64,3 @@ class Rule(ABC):
     @abstractmethod
     def take(self, tick: TickRecord) -> str | None:
         """Return how the rule is broken with this tick; None if it is not."""
-
-    def end(self, stamp: int) -> str | None:
-        """Return how the rule is broken as the run ends [ns]; None if it is not."""
-        return None

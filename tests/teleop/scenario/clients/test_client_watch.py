@@ -18,7 +18,7 @@ from teleop.scenario.session.client_watch import LISTED, ClientWatch
 
 
 class Watched:
-    """A protocol with a topic and a service of the robot's, and the notes about its clients."""
+    """A protocol with a topic and a service of the robot's, its first client, and the notes about its clients."""
 
     def __init__(self, authenticator: Authenticator | None = None, **options: Any) -> None:
         self.protocol = Protocol(registry(), authenticator=authenticator)
@@ -32,9 +32,19 @@ class Watched:
         self.watch = ClientWatch(
             self.protocol, lambda kind, text: self.notes.append((kind, text)), **options
         )
+        self.before = self.there
+        self.client = self.protocol.connect(0)
 
-    def send(self, client: int, **operation: Any) -> None:
-        self.protocol.receive(client, json.dumps(operation), 0)
+    @property
+    def there(self) -> tuple[bool, bool]:
+        """Whether a client is there, and whether one ever was."""
+        return self.watch.present, self.watch.ever
+
+    def send(self, **operation: Any) -> None:
+        self.protocol.receive(self.client, json.dumps(operation), 0)
+
+    def leave(self) -> None:
+        self.protocol.disconnect(self.client, 0)
 
     def said(self, kind: EventKind) -> list[str]:
         return [text for each, text in self.notes if each is kind]
@@ -42,46 +52,39 @@ class Watched:
 
 def test_who_comes_and_leaves_is_noted() -> None:
     watched = Watched()
-    assert (watched.watch.present, watched.watch.ever) == (False, False)
-    client = watched.protocol.connect(0)
-    assert (watched.watch.present, watched.watch.ever) == (True, True)
-    watched.protocol.disconnect(client, 0)
-    assert (watched.watch.present, watched.watch.ever) == (False, True)
+    assert (watched.before, watched.there) == ((False, False), (True, True))
+    watched.leave()
+    assert watched.there == (False, True)
     assert watched.said(EventKind.CLIENT) == ["client 1 connected", "client 1 left"]
 
 
 def test_why_a_client_was_disconnected_is_noted() -> None:
     watched = Watched()
-    client = watched.protocol.connect(0)
-    watched.protocol.connections.close(client, 1008, "for a reason")
-    watched.protocol.disconnect(client, 0)
+    watched.protocol.connections.close(watched.client, 1008, "for a reason")
+    watched.leave()
     assert watched.said(EventKind.CLIENT)[1:] == ["client 1 was disconnected: for a reason"]
 
 
 def test_a_client_that_owes_a_token_does_not_count() -> None:
     watched = Watched(Authenticator(Credentials(), lambda: 0.0))
-    client = watched.protocol.connect(0)
-    watched.send(client, op="auth", token="a-token-that-nobody-knows")
-    assert (watched.watch.present, watched.watch.ever) == (False, False)
+    watched.send(op="auth", token="a-token-that-nobody-knows")
+    assert watched.there == (False, False)
     assert watched.said(EventKind.CLIENT)[0] == "client 1 showed a token that is not known"
 
 
 def test_who_leaves_once_the_run_is_over_was_there_and_who_comes_then_was_not() -> None:
     over = False
-    watched, empty = Watched(over=lambda: over), Watched(over=lambda: over)
-    client = watched.protocol.connect(0)
+    watched = Watched(over=lambda: over)
     over = True
-    watched.protocol.disconnect(client, 0)
+    watched.leave()
     assert watched.watch.present
     assert watched.said(EventKind.CLIENT) == ["client 1 connected", "client 1 left"]
-    empty.protocol.connect(0)
-    assert (empty.watch.present, empty.watch.ever) == (False, False)
+    assert Watched(over=lambda: over).there == (False, False)
 
 
 def test_the_referee_does_not_count() -> None:
     watched = Watched(is_referee=lambda connection: connection.id == 1)
-    referee = watched.protocol.connect(0)
-    watched.send(referee, op="publish", topic="/odom", msg={})
+    watched.send(op="publish", topic="/odom", msg={})
     assert (watched.watch.present, watched.notes) == (False, [])
 
 
@@ -91,9 +94,8 @@ def test_to_speak_as_the_robot_is_a_violation_however_the_topic_is_spelt(
     op: str, name: str
 ) -> None:
     watched = Watched()
-    client = watched.protocol.connect(0)
     for _ in range(3):
-        watched.send(client, op=op, topic=name, type="nav_msgs/Odometry", msg={})
+        watched.send(op=op, topic=name, type="nav_msgs/Odometry", msg={})
     named = f"/{name.strip('/')}"
     assert watched.said(EventKind.VIOLATION) == [f"client 1 tried to {op} {named}"]
 
@@ -101,49 +103,46 @@ def test_to_speak_as_the_robot_is_a_violation_however_the_topic_is_spelt(
 @pytest.mark.parametrize("name", ["/teleop/estop", "teleop/estop", "/sim/step"])
 def test_to_answer_in_the_robots_place_is_a_violation(name: str) -> None:
     watched = Watched()
-    client = watched.protocol.connect(0)
-    watched.send(client, op="advertise_service", service=name, type="std_srvs/Trigger")
+    watched.send(op="advertise_service", service=name, type="std_srvs/Trigger")
     (text,) = watched.said(EventKind.VIOLATION)
     assert text == f"client 1 tried to advertise_service /{name.strip('/')}"
 
 
-def test_to_step_time_that_goes_by_the_clock_is_a_violation_and_refused() -> None:
+CONTROLS = [
+    (
+        {"op": "call_service", "service": "/sim/step", "args": {"ticks": 1}},
+        "call /sim/step while time goes by the clock",
+    ),
+    *(
+        ({"op": "call_service", "service": service.name}, f"use {service.name}")
+        for service in SIMULATION_SERVICES
+    ),
+    (
+        {"op": "send_action_goal", "action": SIMULATION_ACTION.name, "args": {"steps": 9}},
+        f"use {SIMULATION_ACTION.name}",
+    ),
+]
+"""Operations that control time or the world, and what the referee notes of who tries them."""
+
+
+@pytest.mark.parametrize(("operation", "what"), CONTROLS, ids=[what for _, what in CONTROLS])
+def test_to_control_time_or_the_world_is_a_violation_and_refused(
+    operation: dict[str, Any], what: str
+) -> None:
     watched = Watched()
-    client = watched.protocol.connect(0)
-    watched.send(client, op="call_service", service="/sim/step", args={"ticks": 1}, id="x")
-    text = "client 1 tried to call /sim/step while time goes by the clock"
-    assert watched.said(EventKind.VIOLATION) == [text]
-    ((_, frame),) = watched.protocol.connections.drain()
-    answer = json.loads(frame.payload)  # type: ignore[union-attr]
-    assert (answer["result"], answer["id"]) == (False, "x")
-
-
-@pytest.mark.parametrize("service", [service.name for service in SIMULATION_SERVICES])
-def test_to_control_the_world_is_a_violation_and_refused(service: str) -> None:
-    watched = Watched()
-    client = watched.protocol.connect(0)
-    watched.send(client, op="call_service", service=service, args={})
-    assert watched.said(EventKind.VIOLATION) == [f"client 1 tried to use {service}"]
-    ((_, frame),) = watched.protocol.connections.drain()
-    assert json.loads(frame.payload)["result"] is False  # type: ignore[union-attr]
-
-
-def test_to_have_the_world_stepped_by_an_action_is_a_violation_and_refused() -> None:
-    watched = Watched()
-    client = watched.protocol.connect(0)
-    watched.send(client, op="send_action_goal", action=SIMULATION_ACTION.name, args={"steps": 9})
-    text = f"client 1 tried to use {SIMULATION_ACTION.name}"
-    assert watched.said(EventKind.VIOLATION) == [text]
+    watched.send(**{"args": {}, "id": "x", **operation})
+    assert watched.said(EventKind.VIOLATION) == [f"client 1 tried to {what}"]
     answers = [json.loads(frame.payload) for _, frame in watched.protocol.connections.drain()]  # type: ignore[union-attr]
-    assert [answer["result"] for answer in answers if answer["op"] == "action_result"] == [False]
+    assert [each["result"] for each in answers if each.get("id") == "x" and "result" in each] == [
+        False
+    ]
 
 
 def test_a_parameter_that_is_set_is_noted_and_no_violation() -> None:
     watched = Watched()
-    client = watched.protocol.connect(0)
     args = {"name": "/x", "value": "1"}
-    watched.send(client, op="call_service", service="/rosapi/set_param", args=args)
-    watched.send(client, op="call_service", service="/rosapi/get_param", args={"name": "/x"})
+    watched.send(op="call_service", service="/rosapi/set_param", args=args)
+    watched.send(op="call_service", service="/rosapi/get_param", args={"name": "/x"})
     assert watched.said(EventKind.CLIENT)[1:] == ["client 1 called /rosapi/set_param: /x"]
     assert watched.said(EventKind.VIOLATION) == []
     assert '"1"' in watched.protocol.connections.drain()[-1][1].payload.decode()  # type: ignore[union-attr]
@@ -151,9 +150,8 @@ def test_a_parameter_that_is_set_is_noted_and_no_violation() -> None:
 
 def test_a_mistake_is_noted_once_and_no_violation() -> None:
     watched = Watched()
-    client = watched.protocol.connect(0)
     for _ in range(10):
-        watched.send(client, op="publish", topic="/nobodys", msg={})
+        watched.send(op="publish", topic="/nobodys", msg={})
     assert len(watched.said(EventKind.CLIENT)) == 2
     assert watched.said(EventKind.VIOLATION) == []
 
@@ -161,12 +159,11 @@ def test_a_mistake_is_noted_once_and_no_violation() -> None:
 def test_a_client_cannot_fill_the_report() -> None:
     watched = Watched()
     for number in range(LISTED):
-        client = watched.protocol.connect(number)
-        watched.send(client, op="publish", topic="/odom", msg={})
-        watched.protocol.disconnect(client, number)
-    client = watched.protocol.connect(LISTED)
+        watched.send(op="publish", topic="/odom", msg={})
+        watched.leave()
+        watched.client = watched.protocol.connect(number)
     for _ in range(3):
-        watched.send(client, op="publish", topic="/odom", msg={})
+        watched.send(op="publish", topic="/odom", msg={})
     for kind in (EventKind.CLIENT, EventKind.VIOLATION):
         assert len(watched.said(kind)) == LISTED + 1
         assert watched.said(kind)[-1] == "further events of this kind are not listed"

@@ -46,19 +46,20 @@ def tokens(tmp_path: Path) -> Path:
 
 def test_without_a_file_nobody_needs_a_token() -> None:
     access = access_with(None)
-    assert (access.authenticator, access.token) == (None, "")
+    assert (access.authenticator, access.of(0)) == (None, None)
 
 
 def test_a_run_makes_a_token_of_its_own_that_may_drive_and_no_more(tokens: Path) -> None:
     one, other = access_with(tokens), access_with(tokens)
+    (token,) = one.tokens
     assert one.authenticator is not None
     assert other.authenticator is not None
-    granted = one.authenticator.verify_token(one.token)
+    granted = one.authenticator.verify_token(token)
     assert granted is not None
     assert (granted.holder, granted.role) == ("client", Role.OPERATE)
-    assert other.authenticator.verify_token(one.token) is None
+    assert other.authenticator.verify_token(token) is None
     # Those of the file are valid as before.
-    viewer, driver = (one.authenticator.verify_token(token) for token in (VIEWER, DRIVER))
+    viewer, driver = (one.authenticator.verify_token(each) for each in (VIEWER, DRIVER))
     assert viewer is not None
     assert driver is not None
     assert (viewer.role, driver.role) == (Role.VIEW, Role.OPERATE)
@@ -69,7 +70,7 @@ def test_a_client_can_be_tried_with_a_token_of_the_file(
     tokens: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setenv("FARSTEER_TOKEN", DRIVER)
-    assert access_with(tokens).token == DRIVER
+    assert access_with(tokens).tokens == (DRIVER,)
     monkeypatch.setenv("FARSTEER_TOKEN", "a-token-of-yesterday-or-so")
     with pytest.raises(SettingError, match=r"a token that is not in .*tokens\.toml; unset it"):
         access_with(tokens)

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from localization.types import SECOND
+from teleop.scenario.files import operator_settings as settings
 from teleop.scenario.operators import careless
 from teleop.scenario.operators.careless import MISTAKES, Careless
 from teleop.scenario.operators.operator import Briefing, GoalPlace
@@ -21,7 +22,7 @@ FAR = GoalPlace((60.0, 0.0), 0.5, way=((60.0, 0.0),))
 
 def drive(seconds: float = 20.0, *, seed: int = 0, mistakes: float = 20.0) -> Unicycle:
     robot = Unicycle()
-    robot.seat(Careless(mistakes=mistakes), Briefing((FAR,), seed))
+    robot.seat(Careless(settings.Careless("careless", mistakes=mistakes)), Briefing((FAR,), seed))
     robot.run(seconds)
     return robot
 
@@ -34,7 +35,7 @@ def only(monkeypatch: pytest.MonkeyPatch) -> Any:
 
 def test_without_mistakes_it_corrects_late_and_reaches_its_goal() -> None:
     robot = Unicycle(y=1.0)
-    operator = Careless(speed=0.6, mistakes=0.0)
+    operator = Careless(settings.Careless("careless", speed=0.6, mistakes=0.0))
     goal = GoalPlace((6.0, 0.0), 0.5, way=((0.0, 0.0), (6.0, 0.0)))
     robot.seat(operator, Briefing((goal,), 0))
     robot.run(40.0)
@@ -55,7 +56,7 @@ def test_it_pushes_the_stick_before_it_is_armed_and_gives_in_after_a_while() -> 
 def test_it_goes_on_while_the_robot_is_lost() -> None:
     robot = Unicycle()
     robot.health, robot.control, robot.driver = "lost", "armed", "client 1"
-    robot.seat(Careless(mistakes=0.0), Briefing((FAR,), 0))
+    robot.seat(Careless(settings.Careless("careless", mistakes=0.0)), Briefing((FAR,), 0))
     robot.run(2.0)
     assert robot.x > 0.5
 
@@ -147,7 +148,7 @@ def test_mistakes_are_those_of_the_seed_and_all_of_them_are_made() -> None:
     assert drive(seed=1).commands == drive(seed=1).commands
     assert drive(seed=1).commands != drive(seed=2).commands
     made = set()
-    operator = Careless(mistakes=60.0)
+    operator = Careless(settings.Careless("careless", mistakes=60.0))
     robot = Unicycle()
     robot.seat(operator, Briefing((FAR,), 5))
     for _ in range(1200):

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import math
+from typing import Literal
 
 import numpy as np
 import pytest
 
 from localization.types import SECOND
+from teleop.scenario.files import operator_settings as settings
 from teleop.scenario.operators.follower import Follower
 from teleop.scenario.operators.operator import Briefing, GoalPlace, Point
 from tests.teleop.scenario.operators.unicycle import Unicycle
@@ -15,10 +17,18 @@ from tests.teleop.scenario.operators.unicycle import Unicycle
 GOAL = GoalPlace((3.0, 0.0), 0.3, way=((1.5, 0.0), (3.0, 0.0)))
 
 
+def driven(seconds: float) -> Unicycle:
+    """Return a robot that a follower has driven towards the goal for a time [s]."""
+    robot = Unicycle()
+    robot.seat(Follower(), Briefing((GOAL,), 0))
+    robot.run(seconds)
+    return robot
+
+
 @pytest.mark.parametrize("interface", ["joy", "cmd_vel"])
-def test_follower_drives_to_its_goals_in_their_order(interface: str) -> None:
+def test_follower_drives_to_its_goals_in_their_order(interface: Literal["joy", "cmd_vel"]) -> None:
     robot, corner = Unicycle(), GoalPlace((3.0, 2.0), 0.3, way=((3.0, 0.0), (3.0, 2.0)))
-    operator = Follower(interface=interface)  # type: ignore[arg-type]
+    operator = Follower(settings.Follower(interface=interface))
     robot.seat(operator, Briefing((GOAL, corner), 0))
     robot.run(6.0)
     assert not operator.done
@@ -30,7 +40,7 @@ def test_follower_drives_to_its_goals_in_their_order(interface: str) -> None:
 
 def test_first_command_is_neutral_and_commands_come_at_their_rate() -> None:
     robot = Unicycle()
-    robot.seat(Follower(rate=20.0), Briefing((GOAL,), 0))
+    robot.seat(Follower(settings.Follower(rate=20.0)), Briefing((GOAL,), 0))
     robot.run(3.0)
     assert robot.commands[0][1:] == (0.0, 0.0, True)
     gaps = np.diff([command[0] for command in robot.commands]) / SECOND
@@ -54,9 +64,8 @@ def test_follower_stays_at_a_goal_as_long_as_it_must() -> None:
 
 
 def test_follower_stands_while_the_robot_is_not_localised_and_then_moves_to_be_found() -> None:
-    robot = Unicycle()
+    robot = driven(0.0)
     robot.health = "relocalising"
-    robot.seat(Follower(), Briefing((GOAL,), 0))
     robot.run(1.8)
     assert (robot.x, robot.heading) == (0.0, 0.0)
     robot.run(3.0)
@@ -64,10 +73,9 @@ def test_follower_stands_while_the_robot_is_not_localised_and_then_moves_to_be_f
 
 
 def test_robot_that_is_not_localised_turns_away_from_a_wall_to_the_wider_side() -> None:
-    robot = Unicycle()
+    robot = driven(0.0)
     robot.health = "lost"
     robot.ranges = [0.6] * 31 + [5.0] * 30  # ahead and on the right
-    robot.seat(Follower(), Briefing((GOAL,), 0))
     robot.run(4.0)
     assert robot.x == 0.0
     assert robot.heading > 0.5
@@ -86,9 +94,7 @@ def test_robot_that_is_not_localised_turns_away_from_a_wall_to_the_wider_side() 
 def test_follower_that_the_guard_stops_waits_and_then_goes_slowly_where_there_is_room(
     free: tuple[str, ...], way: tuple[float, float]
 ) -> None:
-    robot = Unicycle()
-    robot.seat(Follower(), Briefing((GOAL,), 0))
-    robot.run(1.0)
+    robot = driven(1.0)
     robot.guard = {"state": "stopped", **dict.fromkeys(free, True)}
     robot.run(2.5)
     assert all(forward > 0.15 for forward, _, _ in robot.sent_after(1.0)[:9])
@@ -99,9 +105,7 @@ def test_follower_that_the_guard_stops_waits_and_then_goes_slowly_where_there_is
 
 
 def test_follower_stops_before_what_stands_in_its_way_and_goes_on_when_it_is_gone() -> None:
-    robot = Unicycle()
-    robot.seat(Follower(), Briefing((GOAL,), 0))
-    robot.run(1.0)
+    robot = driven(1.0)
     robot.ranges = [0.3] * 61
     robot.run(1.0)
     at = robot.x
@@ -113,18 +117,14 @@ def test_follower_stops_before_what_stands_in_its_way_and_goes_on_when_it_is_gon
 
 
 def test_follower_stops_when_it_receives_nothing_of_the_robot() -> None:
-    robot = Unicycle()
-    robot.seat(Follower(), Briefing((GOAL,), 0))
-    robot.run(1.0)
+    robot = driven(1.0)
     robot.publishing = False
     robot.run(1.5)
     assert all(command == (0.0, 0.0, True) for command in robot.sent_after(2.2))
 
 
 def test_follower_lets_the_stick_rest_while_another_client_drives_and_arms_again_after_it() -> None:
-    robot = Unicycle()
-    robot.seat(Follower(), Briefing((GOAL,), 0))
-    robot.run(1.0)
+    robot = driven(1.0)
     robot.driver = "client 9"
     robot.run(1.0)
     assert robot.sent_after(1.3)

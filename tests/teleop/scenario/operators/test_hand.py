@@ -15,11 +15,8 @@ from robot_sim.arm.arm_table import load_arm
 from teleop.robot.arm.arm_commands import Hand
 from teleop.robot.arm.arm_state import ArmMode, ArmState
 from teleop.robot.inbox import ArmWish
-from teleop.scenario.files.errors import ScenarioError
-from teleop.scenario.files.reading import scenario_from
 from teleop.scenario.operators.building import operator_of
 from teleop.scenario.session.inbox_file import read_inboxes
-from teleop.scenario.session.scene import checked_scene_of
 from tests.teleop.scenario.session.support import Run, digests, run, scenario
 
 READY = np.array(load_arm().poses["ready"])
@@ -120,30 +117,3 @@ def test_box_is_picked_and_put_and_the_run_repeats(planned: bool, tmp_path: Path
     assert [t for t in runs[0].texts if "box" in t] == ["picked up box", "let go of box"]
     assert digests(runs[0].ticks) == digests(runs[1].ticks)
     assert len(read_inboxes(tmp_path / "run" / "inbox.jsonl")) > 50
-
-
-@pytest.mark.parametrize(
-    ("fields", "words"),
-    [
-        ({"limits": {"picked": 1}}, r"limits\.picked: the robot carries no arm"),
-        ({"world": {"parcels": [{"name": "a", "at": [3, 4]}]}}, r"world\.parcels: .* no arm"),
-        (
-            {"operator": {"kind": "hand", "tasks": [{"kind": "wait"}]}},
-            r"operator\.kind: the robot carries no arm; give world\.arm, such as s2",
-        ),
-        (
-            {
-                "world": {"arm": "s2", "parcels": [{"name": "first", "at": [3, 4]}]},
-                "mission": {"deliver": [{"parcel": "firxt", "to": [3, 4, 0]}]},
-            },
-            r"mission\.deliver\[0\]\.parcel: no parcel 'firxt'; did you mean first\?",
-        ),
-    ],
-)
-def test_what_needs_an_arm_or_a_parcel_is_refused_without(
-    fields: dict[str, Any], words: str
-) -> None:
-    document = {"format": 1, "name": "a", **fields}
-    document["world"] = {"scene": "corridor", **fields.get("world", {})}
-    with pytest.raises(ScenarioError, match=words):
-        checked_scene_of(scenario_from(document))

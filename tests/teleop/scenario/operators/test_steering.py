@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from localization.types import SECOND
+from teleop.scenario.files.operator_settings import Steering
 from teleop.scenario.operators.operator import Briefing, GoalPlace
 from teleop.scenario.operators.random_events import RandomEvents
 from teleop.scenario.operators.steering import SteeringModel
@@ -16,6 +17,10 @@ from tests.teleop.scenario.operators.unicycle import Unicycle
 
 FAR = GoalPlace((40.0, 0.0), 0.5, way=((40.0, 0.0),))
 CORNERS = GoalPlace((4.0, 4.0), 0.3, way=((4.0, 0.0), (4.0, 4.0)))
+
+
+def model(**habits: float) -> SteeringModel:
+    return SteeringModel(Steering("steering", **habits))
 
 
 def offsets(operator: SteeringModel, seconds: float, *, y: float) -> list[float]:
@@ -33,21 +38,21 @@ def offsets(operator: SteeringModel, seconds: float, *, y: float) -> list[float]
 
 @pytest.mark.parametrize("reaction_time", [0.0, 0.3, 0.5])
 def test_robot_comes_back_onto_its_way(reaction_time: float) -> None:
-    found = offsets(SteeringModel(reaction_time=reaction_time, lapses=0.0), 20.0, y=0.5)
+    found = offsets(model(reaction_time=reaction_time, lapses=0.0), 20.0, y=0.5)
     assert max(found) < 0.6
     assert max(map(abs, found[-250:])) < 0.05
 
 
 def test_slow_reaction_makes_the_robot_sway() -> None:
-    quick = offsets(SteeringModel(reaction_time=0.2, lapses=0.0), 20.0, y=0.5)
-    slow = offsets(SteeringModel(reaction_time=1.0, lapses=0.0), 20.0, y=0.5)
+    quick = offsets(model(reaction_time=0.2, lapses=0.0), 20.0, y=0.5)
+    slow = offsets(model(reaction_time=1.0, lapses=0.0), 20.0, y=0.5)
     assert np.std(slow[500:]) > 5.0 * np.std(quick[500:])
 
 
 @pytest.mark.parametrize("reaction_time", [0.2, 0.6])
 def test_hand_answers_a_reaction_time_after_what_was_seen(reaction_time: float) -> None:
     robot = Unicycle()
-    robot.seat(SteeringModel(reaction_time=reaction_time, lapses=0.0), Briefing((FAR,), 0))
+    robot.seat(model(reaction_time=reaction_time, lapses=0.0), Briefing((FAR,), 0))
     robot.run(3.0)
     robot.heading = 0.3
     robot.run(2.0)
@@ -58,7 +63,7 @@ def test_hand_answers_a_reaction_time_after_what_was_seen(reaction_time: float) 
 
 def test_way_is_corrected_in_steps() -> None:
     robot = Unicycle(y=0.5)
-    robot.seat(SteeringModel(lapses=0.0), Briefing((FAR,), 0))
+    robot.seat(model(lapses=0.0), Briefing((FAR,), 0))
     robot.run(10.0)
     turns = [turn for _, _, turn in ((f, d, t) for f, t, d in robot.sent_after(2.0))]
     lengths = [len(list(same)) for _, same in groupby(turns)]
@@ -67,7 +72,7 @@ def test_way_is_corrected_in_steps() -> None:
 
 def test_person_stops_at_a_corner_and_turns_there() -> None:
     robot = Unicycle()
-    operator = SteeringModel(lapses=0.0)
+    operator = model(lapses=0.0)
     robot.seat(operator, Briefing((CORNERS,), 0))
     robot.run(40.0)
     assert operator.done
@@ -76,7 +81,7 @@ def test_person_stops_at_a_corner_and_turns_there() -> None:
 
 def test_hand_stays_while_the_person_looks_away() -> None:
     robot = Unicycle(y=0.4)
-    operator = SteeringModel(lapses=20.0, lapse=2.0)
+    operator = model(lapses=20.0, lapse=2.0)
     robot.seat(operator, Briefing((FAR,), 3))
     robot.run(30.0)
     held = max(len(list(same)) for _, same in groupby(robot.sent_after(2.0)))
@@ -88,7 +93,7 @@ def test_hand_stays_while_the_person_looks_away() -> None:
 def test_lapses_are_those_of_the_seed() -> None:
     def drive(seed: int) -> list[tuple[int, float, float, bool]]:
         robot = Unicycle(y=0.4)
-        robot.seat(SteeringModel(lapses=20.0), Briefing((FAR,), seed))
+        robot.seat(model(lapses=20.0), Briefing((FAR,), seed))
         robot.run(20.0)
         return robot.commands
 

@@ -6,7 +6,7 @@ import json
 import math
 from dataclasses import fields, is_dataclass
 from pathlib import Path
-from typing import Any, get_args
+from typing import Any, get_args, get_origin, get_type_hints
 
 import numpy as np
 import pytest
@@ -14,7 +14,6 @@ from hypothesis import given, settings, strategies as st
 
 from localization.types import Hint, Pose, Twist
 from teleop.joystick import VelocityRequest
-from teleop.robot.arm.arm_commands import Wish
 from teleop.robot.inbox import ArmWish, DriveCommand, EStop, InboxMessage, PoseHint, TakeOver
 from teleop.scenario.session.inbox_file import InboxFileError, InboxWriter, read_inboxes
 
@@ -27,59 +26,41 @@ def vectors(size: int, limit: float = 1e308) -> st.SearchStrategy[np.ndarray]:
     return st.lists(numbers, min_size=size, max_size=size).map(np.array)
 
 
-@st.composite
-def hints(draw: st.DrawFn) -> Hint:
-    quaternion = draw(vectors(4, 1.0).filter(lambda q: float(q @ q) > 1e-3))
-    covariance = draw(vectors(36, 1e12)).reshape(6, 6)
-    np.fill_diagonal(covariance, np.abs(np.diag(covariance)))
-    return Hint(draw(INTEGERS), Pose(draw(vectors(3, 1e6)), quaternion), covariance)
+def covariance(numbers: np.ndarray) -> np.ndarray:
+    matrix = numbers.reshape(6, 6)
+    np.fill_diagonal(matrix, np.abs(np.diag(matrix)))
+    return matrix
 
 
-numbers = st.floats(allow_nan=False, allow_infinity=False)
-fives = st.tuples(*[numbers] * 5)
-poses = st.builds(Pose, vectors(3, 1e6), vectors(4, 1.0).filter(lambda q: float(q @ q) > 1e-3))
-OF_WISH: dict[str, st.SearchStrategy[Any]] = {
-    "str": NAMES,
-    "int": INTEGERS,
-    "bool": st.booleans(),
-    "float": numbers,
-    "Pose": poses,
-    "Pose | None": st.none() | poses,
-    "Five": fives,
-    "Five | None": st.none() | fives,
-    "Three": st.tuples(*[numbers] * 3),
-    "tuple[float, ...]": st.lists(numbers, max_size=3).map(tuple),
-    "tuple[Five, ...]": st.lists(fives, max_size=3).map(tuple),
+QUATERNIONS = vectors(4, 1.0).filter(lambda q: float(q @ q) > 1e-3)
+POSES = st.builds(Pose, vectors(3, 1e6), QUATERNIONS)
+OF_TYPE: dict[Any, st.SearchStrategy[Any]] = {
+    str: NAMES,
+    int: INTEGERS,
+    bool: st.booleans(),
+    float: st.floats(allow_nan=False, allow_infinity=False),
+    type(None): st.none(),
+    Pose: POSES,
+    Twist: st.builds(Twist, vectors(3), vectors(3)),
+    Hint: st.builds(Hint, INTEGERS, POSES, vectors(36, 1e12).map(covariance)),
 }
-WISHES = [kind for part in get_args(Wish) for kind in (get_args(part) or (part,))]
 
 
-@st.composite
-def wishes(draw: st.DrawFn) -> Wish:
-    kind = draw(st.sampled_from(WISHES))
-    wish: Wish = kind(**{f.name: draw(OF_WISH[str(f.type)]) for f in fields(kind)})
-    return wish
+def values(of: Any) -> st.SearchStrategy[Any]:
+    """Return a strategy of the values of a type."""
+    if of in OF_TYPE:
+        return OF_TYPE[of]
+    if not (parts := get_args(of)):
+        types = get_type_hints(of)
+        return st.builds(of, **{field.name: values(types[field.name]) for field in fields(of)})
+    if get_origin(of) is not tuple:
+        return st.one_of([values(part) for part in parts])
+    if parts[-1] is ...:
+        return st.lists(values(parts[0]), max_size=3).map(tuple)
+    return st.tuples(*map(values, parts))
 
 
-requests = st.builds(VelocityRequest, st.builds(Twist, vectors(3), vectors(3)), st.booleans())
-OF_TYPE: dict[str, st.SearchStrategy[Any]] = {
-    "str": NAMES,
-    "int": INTEGERS,
-    "bool": st.booleans(),
-    "float": st.floats(allow_nan=False, allow_infinity=False),
-    "int | None": st.none() | INTEGERS,
-    "VelocityRequest": requests,
-    "Hint": hints(),
-    "Wish": wishes(),
-}
-KINDS: tuple[type[Any], ...] = get_args(InboxMessage)
-
-
-@st.composite
-def messages(draw: st.DrawFn) -> InboxMessage:
-    kind = draw(st.sampled_from(KINDS))
-    message: InboxMessage = kind(**{f.name: draw(OF_TYPE[str(f.type)]) for f in fields(kind)})
-    return message
+MESSAGES: st.SearchStrategy[InboxMessage] = values(InboxMessage)
 
 
 def same(one: object, other: object) -> bool:
@@ -103,7 +84,7 @@ def written(path: Path, *ticks: tuple[int, list[InboxMessage]]) -> Path:
 
 
 @settings(max_examples=40)
-@given(st.lists(st.lists(messages(), min_size=1, max_size=3), max_size=3))
+@given(st.lists(st.lists(MESSAGES, min_size=1, max_size=3), max_size=3))
 def test_every_message_survives_writing_and_reading_to_the_bit(
     tmp_path_factory: pytest.TempPathFactory, inboxes: list[list[InboxMessage]]
 ) -> None:

@@ -227,18 +227,14 @@ def copy(recorded: Path, tmp_path: Path) -> Path:
 
 
 @pytest.mark.parametrize("name", ["scenario.json", "inbox.jsonl", "notes.jsonl", "truth.tum"])
-def test_missing_file_is_named(copy: Path, name: str) -> None:
+@pytest.mark.parametrize("is_folder", [False, True])
+def test_file_that_is_missing_or_a_folder_is_named(copy: Path, name: str, is_folder: bool) -> None:
     (copy / name).unlink()
+    if is_folder:
+        (copy / name).mkdir()
     text = refused(copy, SettingError)
     assert name in text
-    assert "No such file" in text
-
-
-@pytest.mark.parametrize("name", ["scenario.json", "inbox.jsonl", "notes.jsonl", "truth.tum"])
-def test_folder_in_the_place_of_a_file_is_named(copy: Path, name: str) -> None:
-    (copy / name).unlink()
-    (copy / name).mkdir()
-    assert name in refused(copy, SettingError)
+    assert is_folder or "No such file" in text
 
 
 def test_folder_that_does_not_exist_is_no_run(tmp_path: Path) -> None:

@@ -4,14 +4,9 @@ from __future__ import annotations
 
 import math
 from pathlib import Path
-from typing import Any
 
-import pytest
-
-from teleop.scenario.files.errors import ScenarioError
 from teleop.scenario.operators.building import operator_of
 from teleop.scenario.session.run import replay_run, run_scenario
-from teleop.scenario.session.scene import checked_scene_of
 from tests.teleop.scenario.session.support import Listener, run, scenario
 
 WORLD = {"arm": "s2", "scanner": "none", "board": "degree"}
@@ -39,20 +34,3 @@ def test_unplugged_it_is_lost_and_the_run_repeats_with_its_error(tmp_path: Path)
     again = replay_run(tmp_path / "run")
     assert again.sha256 == first.sha256
     assert again.figures["mirror_error"] == first.figures["mirror_error"]
-
-
-@pytest.mark.parametrize(
-    ("fields", "words"),
-    [
-        (
-            {"fault": [{"kind": "board_unplugged", "at": 0.1}]},
-            r"fault\[0\]: there is no second arm",
-        ),
-        ({"limits": {"mirror_error": 1}}, r"limits\.mirror_error: there is no second arm"),
-        ({"world": {"board": "degree"}}, r"world\.board: the robot carries no arm"),
-    ],
-)
-def test_what_needs_a_second_arm_is_refused_without(fields: dict[str, Any], words: str) -> None:
-    faults = fields.pop("fault", ())
-    with pytest.raises(ScenarioError, match=words):
-        checked_scene_of(scenario(*faults, **fields))

@@ -5,13 +5,10 @@ from __future__ import annotations
 from pathlib import Path
 
 import numpy as np
-import pytest
 
-from teleop.scenario.files.errors import ScenarioError
 from teleop.scenario.operators.operator import Briefing, Operator
 from teleop.scenario.operators.wire import Wire
 from teleop.scenario.session.inbox_file import read_inboxes
-from teleop.scenario.session.world_checks import check_settings
 from tests.teleop.scenario.session.support import digests, run, scenario
 
 
@@ -49,15 +46,3 @@ def test_speed_off_the_stow_pose_is_a_field_of_the_scenario() -> None:
 def test_scenario_without_an_arm_has_none() -> None:
     (tick,) = run(scenario(world={"scanner": "none"}), ticks=1).ticks
     assert tick.drive.arm is None
-
-
-@pytest.mark.parametrize(
-    ("world", "words"),
-    [
-        ({"arm": "s3"}, "world.arm: no arm 's3'; there are: s2"),
-        ({"arm": "s2", "arm_mount": "roof"}, "world.arm_mount: the arm has no mount 'roof'"),
-    ],
-)
-def test_unknown_arm_is_refused_with_those_there_are(world: dict[str, str], words: str) -> None:
-    with pytest.raises(ScenarioError, match=words):
-        check_settings(scenario(world=world).world)

@@ -161,22 +161,40 @@ def test_extras_of_a_scenario_are_in_its_world_at_their_times(rooms: World) -> N
     check(made, world)
 
 
+HAND = {"kind": "hand", "tasks": [{"kind": "wait"}]}
+PARCEL = {"name": "first", "at": [3, 4]}
+BEFORE_ITS_WORLD: list[tuple[Scenario, FieldPath, str]] = [
+    (scenario(world={"scene": "ofice"}), ("world", "scene"), "no scene 'ofice'; did you mean office?, or the path"),
+    (scenario(world={"scene": "../other"}), ("world", "scene"), "is outside the scenario's folder; copy the scene"),
+    (scenario(world={"scene": "/etc"}), ("world", "scene"), "is outside the scenario's folder"),
+    (scenario(world={"scanner": "sick_lms112"}), ("world", "scanner"), "did you mean sick_lms111"),
+    (scenario(world={"inertial": "xyz"}), ("world", "inertial"), "there are: default, "),
+    (scenario(world={"surface": "carpett"}), ("world", "surface"), "carpet"),
+    (scenario(world={"arm": "s3"}), ("world", "arm"), "no arm 's3'; there are: s2"),
+    (scenario(world={"arm": "s2", "arm_mount": "roof"}), ("world", "arm_mount"), "the arm has no mount 'roof'"),
+    (scenario(limits={"picked": 1}), ("limits", "picked"), "the robot carries no arm"),
+    (scenario(world={"parcels": [PARCEL]}), ("world", "parcels"), "the robot carries no arm"),
+    (scenario(operator=HAND), ("operator", "kind"), "the robot carries no arm; give world.arm, such as s2"),
+    (scenario(world={"arm": "s2", "parcels": [PARCEL]}, mission={"deliver": [{"parcel": "firxt", "to": [3, 4, 0]}]}),
+     ("mission", "deliver", 0, "parcel"), "no parcel 'firxt'; did you mean first?"),
+    (fault(kind="board_unplugged"), ("fault", 0), "there is no second arm"),
+    (scenario(limits={"mirror_error": 1}), ("limits", "mirror_error"), "there is no second arm"),
+    (scenario(world={"board": "degree"}), ("world", "board"), "the robot carries no arm"),
+    (goals("meeting_room", tour=True), ("mission", "tour"), "the way-points of the tour are the goals"),
+    (goals("kichen"), ("mission", "goals", 0, "at"), "kitchen"),
+    (fault(kind="door_closed", door="corridor_south/9"), ("fault", 0, "door"), "corridor_south"),
+]  # fmt: skip
+
+
 @pytest.mark.parametrize(
-    ("settings", "field", "message"),
-    [
-        ({"scene": "ofice"}, "scene", "no scene 'ofice'; did you mean office?, or the path"),
-        ({"scene": "../other"}, "scene", "is outside the scenario's folder; copy the scene"),
-        ({"scene": "/etc"}, "scene", "is outside the scenario's folder"),
-        ({"scanner": "sick_lms112"}, "scanner", "did you mean sick_lms111"),
-        ({"inertial": "xyz"}, "inertial", "there are: default, "),
-    ],
+    ("wrong", "path", "message"), BEFORE_ITS_WORLD, ids=[c[2][:40] for c in BEFORE_ITS_WORLD]
 )
-def test_unknown_scene_or_sensor_is_refused_with_the_nearest(
-    tmp_path: Path, settings: dict[str, Any], field: str, message: str
+def test_scene_is_built_only_of_a_scenario_that_can_be_run(
+    tmp_path: Path, wrong: Scenario, path: FieldPath, message: str
 ) -> None:
     with pytest.raises(ScenarioError) as caught:
-        check_settings(WorldSettings(**settings), tmp_path)
-    assert caught.value.path == ("world", field)
+        checked_scene_of(wrong, tmp_path)
+    assert caught.value.path == path
     assert message in caught.value.message
 
 
@@ -184,17 +202,6 @@ def test_scene_beside_the_scenario_is_found(tmp_path: Path) -> None:
     (tmp_path / "hall.toml").write_text(ROOMS, encoding="utf-8")
     check_settings(WorldSettings(scene="hall.toml"), tmp_path)
     check_settings(WorldSettings(), tmp_path)
-
-
-def test_scene_is_built_only_of_a_scenario_that_can_be_run(tmp_path: Path) -> None:
-    for wrong, path in (
-        (scenario(world={"scene": "ofice"}), ("world", "scene")),
-        (fault(kind="door_closed", door="corridor_south/9"), ("fault", 0, "door")),
-        (goals("kichen"), ("mission", "goals", 0, "at")),
-    ):
-        with pytest.raises(ScenarioError) as caught:
-            checked_scene_of(wrong, tmp_path)
-        assert caught.value.path == path
 
 
 @pytest.mark.slow

@@ -16,11 +16,11 @@ from teleop.errors import SettingError
 from teleop.scenario.files.errors import ScenarioError
 from teleop.scenario.files.operator_settings import Station
 from teleop.scenario.files.reading import read_scenario
-from teleop.scenario.files.scenario import Goal, Mission
+from teleop.scenario.files.scenario import Mission
 from teleop.scenario.files.shipped import shipped_files
 from teleop.scenario.session.places import goal_points
 from teleop.scenario.session.run import run_scenario
-from teleop.scenario.session.scene import checked_scene_of, simulation_config
+from teleop.scenario.session.scene import simulation_config
 from teleop.scenario.session.station import station_hint
 from teleop.scenario.sweeps.swept_fields import with_values
 from teleop.scenario.tour.options import TourOptions, least_distance, tour_scenario
@@ -123,18 +123,3 @@ def test_station_is_refused_what_it_cannot_do(tmp_path: Path) -> None:
     with pytest.raises(SettingError, match="a sweep needs an operator of the library"):
         with_values(scenario, {"world.sun": 0.5})
     assert list(tmp_path.iterdir()) == []
-
-
-def test_tour_takes_no_goals_besides_its_way_points() -> None:
-    scenario, _ = tour_scenario(TourOptions())
-    goals = (Goal("meeting_room"),)
-    both = replace(scenario, mission=replace(scenario.mission, goals=goals))
-    with pytest.raises(ScenarioError, match="the way-points of the tour are the goals"):
-        checked_scene_of(both)
-
-
-def test_surface_that_does_not_exist_is_refused_by_its_field() -> None:
-    scenario, _ = tour_scenario(TourOptions())
-    with pytest.raises(ScenarioError, match="carpet") as refused:
-        checked_scene_of(replace(scenario, world=replace(scenario.world, surface="carpett")))
-    assert refused.value.path == ("world", "surface")

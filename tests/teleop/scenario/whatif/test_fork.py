@@ -7,16 +7,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from localization.types import Twist
 from teleop.errors import SettingError
 from teleop.scenario.files.faults import Fault, Kidnap, Link, OperatorKilled, WheelSlip
-from teleop.scenario.operators.hands import Hands
-from teleop.scenario.operators.operator import Briefing, Operator
-from teleop.scenario.operators.wire import Wire
 from teleop.scenario.referee.outcome import Outcome
 from teleop.scenario.reports.run_reports import write_reports
 from teleop.scenario.session.run import replay_run, run_scenario
 from teleop.scenario.whatif.fork import ForkError, Futures, fork
+from tests.teleop.scenario.session.support import Forward
 from tests.teleop.scenario.whatif.support import drive
 
 pytestmark = pytest.mark.slow
@@ -88,30 +85,15 @@ def test_a_clients_robot_is_carried_off_though_nobody_can_react(
     ]
 
 
-class Turner(Operator):
-    """Turns on the spot."""
-
-    def begin(self, wire: Wire, briefing: Briefing) -> None:
-        """Take the stick."""
-        self._hands = Hands()
-
-    def act(self, wire: Wire, now: int) -> None:
-        """Keep the stick to the left."""
-        if now:
-            self._hands.hold(wire, Twist.planar(0.0, 0.5))
-        else:
-            self._hands.neutral(wire)
-
-
 @pytest.mark.long
 def test_an_operator_of_ones_own_drives_anew_if_it_is_named_and_else_is_replayed(
     tmp_path: Path,
 ) -> None:
     run = tmp_path / "run"
-    outcome: Outcome = run_scenario(drive(), run, operator=Turner())
+    outcome: Outcome = run_scenario(drive(), run, operator=Forward(0.0, 0.5))
     write_reports(outcome, run)
     fault = Link("link", 1.5, delay=0.3)
-    named = fork(run, 1.5, (fault,), tmp_path / "named", operator=Turner())
+    named = fork(run, 1.5, (fault,), tmp_path / "named", operator=Forward(0.0, 0.5))
     assert named.is_closed_loop
     unnamed = fork(run, 1.5, (fault,), tmp_path / "unnamed")
     assert "--operator" in unnamed.open_loop

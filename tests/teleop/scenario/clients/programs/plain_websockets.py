@@ -7,25 +7,17 @@ import json
 import sys
 from typing import Any
 
-from websockets.asyncio.client import connect
-
 from tests.teleop.scenario.clients.programs.steering import (
     CONTROL,
-    POSE,
     STATE,
-    address,
+    begin,
     judged,
-    towards,
-    twist,
+    velocity,
 )
 
 
 async def drive() -> int:
-    async with connect(address(), proxy=None) as wire:
-        for topic in (STATE, CONTROL, POSE):
-            await wire.send(json.dumps({"op": "subscribe", "topic": topic}))
-        type_ = "geometry_msgs/Twist"
-        await wire.send(json.dumps({"op": "advertise", "topic": "/cmd_vel", "type": type_}))
+    async with begin() as wire:
         state: dict[str, Any] = {}
         control: dict[str, Any] = {}
         async for frame in wire:
@@ -39,8 +31,7 @@ async def drive() -> int:
             elif heard["topic"] == CONTROL:
                 control = heard["msg"]
             elif state and control:
-                message = twist(*towards(state, control, heard["msg"]))
-                await wire.send(json.dumps({"op": "publish", "topic": "/cmd_vel", "msg": message}))
+                await wire.send(velocity(state, control, heard["msg"]))
     return 1
 
 

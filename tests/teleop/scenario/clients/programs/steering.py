@@ -2,9 +2,14 @@
 
 from __future__ import annotations
 
+import json
 import math
 import os
+from collections.abc import AsyncIterator
+from contextlib import asynccontextmanager
 from typing import Any
+
+from websockets.asyncio.client import ClientConnection, connect
 
 Message = dict[str, Any]
 
@@ -17,6 +22,17 @@ def address() -> str:
     """Return the address of the robot, with the token in it if there is one."""
     token = os.environ["FARSTEER_TOKEN"]
     return os.environ["FARSTEER_URL"] + (f"/?token={token}" if token else "")
+
+
+@asynccontextmanager
+async def begin() -> AsyncIterator[ClientConnection]:
+    """Connect, subscribe to what is steered by, and advertise velocities."""
+    async with connect(address(), proxy=None, max_size=None) as wire:
+        for topic in (STATE, CONTROL, POSE):
+            await wire.send(json.dumps({"op": "subscribe", "topic": topic}))
+        type_ = "geometry_msgs/Twist"
+        await wire.send(json.dumps({"op": "advertise", "topic": "/cmd_vel", "type": type_}))
+        yield wire
 
 
 def towards(state: Message, control: Message, pose: Message) -> tuple[float, float]:
@@ -33,9 +49,11 @@ def towards(state: Message, control: Message, pose: Message) -> tuple[float, flo
     return SPEED if abs(off) < 0.5 else 0.0, max(-0.6, min(0.6, 1.5 * off))
 
 
-def twist(forward: float, turn: float) -> Message:
-    """Return a ``geometry_msgs/Twist``; what is left out is zero."""
-    return {"linear": {"x": forward}, "angular": {"z": turn}}
+def velocity(state: Message, control: Message, pose: Message) -> str:
+    """Return the frame of the velocity that leads to the next goal; what is left out is zero."""
+    forward, turn = towards(state, control, pose)
+    twist = {"linear": {"x": forward}, "angular": {"z": turn}}
+    return json.dumps({"op": "publish", "topic": "/cmd_vel", "msg": twist})
 
 
 def judged(state: Message) -> int:

@@ -7,16 +7,15 @@ import json
 import sys
 from typing import Any
 
-from websockets.asyncio.client import ClientConnection, connect
+from websockets.asyncio.client import ClientConnection
 
 from tests.teleop.scenario.clients.programs.steering import (
     CONTROL,
     POSE,
     STATE,
-    address,
+    begin,
     judged,
-    towards,
-    twist,
+    velocity,
 )
 
 TICKS = 5
@@ -43,11 +42,7 @@ CHEATS: tuple[dict[str, Any], ...] = (
 
 
 async def drive(*, cheating: bool) -> int:
-    async with connect(address(), proxy=None, max_size=None) as wire:
-        for topic in (STATE, CONTROL, POSE):
-            await wire.send(json.dumps({"op": "subscribe", "topic": topic}))
-        type_ = "geometry_msgs/Twist"
-        await wire.send(json.dumps({"op": "advertise", "topic": "/cmd_vel", "type": type_}))
+    async with begin() as wire:
         known: dict[str, Any] = {}
         while True:
             if cheating:
@@ -58,8 +53,7 @@ async def drive(*, cheating: bool) -> int:
                 continue  # of a link that takes its time
             if known[STATE]["phase"] == "over":
                 return judged(known[STATE])
-            message = twist(*towards(known[STATE], known[CONTROL], known[POSE]))
-            await wire.send(json.dumps({"op": "publish", "topic": "/cmd_vel", "msg": message}))
+            await wire.send(velocity(known[STATE], known[CONTROL], known[POSE]))
 
 
 async def _step(wire: ClientConnection, known: dict[str, Any]) -> None:
