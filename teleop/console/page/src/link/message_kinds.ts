@@ -60,7 +60,7 @@ export function messageKinds({ state, picture, pictures, mapInfo, control, compl
     }, stamp),
     grid: kind(readOccupancyGrid, keptIn(state.gridMap)),
     image: kind(readCompressedImage, ({ type, data }, now, topic) => { state.image.value = pictures.show(topic, type, data, now); }),
-    status: kind(readStatus, keptIn(state.status), stamp),
+    status: kind(readStatus, (status) => { state.status.value = status; }, stamp),
     verdict: kind(readVerdict, keptIn(state.verdict)),
     candidates: kind(readPoses, (poses) => {
       // Ten times a second there are none: readers need not run for that.
