@@ -21,7 +21,11 @@ def some(n: int = 12) -> Cloud:
     return Cloud(rng.uniform(-9.0, 9.0, (n, 3)), normals, name="a place", frame="map")
 
 
-def write(path: Path, *, element: str = "vertex", **columns: float) -> Path:
+UPWARD = {"x": 0.0, "y": 0.0, "z": 0.0, "nx": 0.0, "ny": 0.0, "nz": 1.0}
+"""Columns of a point at the origin whose surface faces up."""
+
+
+def write(path: Path, columns: dict[str, float], *, element: str = "vertex") -> Path:
     """Write a file of five points with equal values."""
     table = np.zeros(5, dtype=[(c, "<f4") for c in columns])
     for column, value in columns.items():
@@ -95,7 +99,7 @@ def test_file_is_a_plain_binary_ply(tmp_path: Path) -> None:
 
 
 def test_name_defaults_to_the_files(tmp_path: Path) -> None:
-    cloud = load_cloud(write(tmp_path / "yard.ply", x=0.0, y=0.0, z=0.0, nx=0.0, ny=0.0, nz=1.0))
+    cloud = load_cloud(write(tmp_path / "yard.ply", UPWARD))
     assert (cloud.name, cloud.frame) == ("yard", "map")
 
 
@@ -109,7 +113,7 @@ def test_columns_may_come_in_any_order_and_precision(tmp_path: Path) -> None:
 def test_missing_file_folder_and_cloud_without_vertices_are_named(tmp_path: Path) -> None:
     assert "No such file" in refusal(tmp_path / "nowhere.ply")
     assert "directory" in refusal(tmp_path)
-    assert "damaged" in refusal(write(tmp_path / "odd.ply", element="corner", x=0.0))
+    assert "damaged" in refusal(write(tmp_path / "odd.ply", {"x": 0.0}, element="corner"))
 
 
 @pytest.mark.parametrize("kept", [0.0, 0.05, 0.3, 0.6, 0.99])
@@ -162,13 +166,14 @@ def test_damaged_word_of_the_header_is_rejected(
 @pytest.mark.parametrize("bad", [np.nan, np.inf])
 @pytest.mark.parametrize("column", ["x", "nz"])
 def test_points_that_are_not_finite_are_counted(tmp_path: Path, bad: float, column: str) -> None:
-    columns = {"x": 1.0, "y": 1.0, "z": 1.0, "nx": 0.0, "ny": 0.0, "nz": 1.0, column: bad}
-    assert "5 points that are not finite" in refusal(write(tmp_path / "place.ply", **columns))
+    assert "5 points that are not finite" in refusal(
+        write(tmp_path / "place.ply", {**UPWARD, column: bad})
+    )
 
 
 @pytest.mark.parametrize("length", [0.5, 2.0])
 def test_normals_of_another_length_are_rejected(tmp_path: Path, length: float) -> None:
-    path = write(tmp_path / "place.ply", **dict.fromkeys(("x", "y", "z", "nx", "ny", "nz"), length))
+    path = write(tmp_path / "place.ply", dict.fromkeys(UPWARD, length))
     assert "unit length" in refusal(path)
 
 

@@ -1,7 +1,6 @@
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -25,6 +24,7 @@ from localization.types import (
     WheelSpeeds,
     end_of,
 )
+from tests.localization.pipeline.wheel_log import noting
 from tests.support_rooms import HALL, MOUNTS, TICK, Drive, apart
 
 START = Pose.planar(2.6, 1.6, 0.2)
@@ -135,15 +135,9 @@ def test_late_scan_is_registered_once_and_the_others_keep_their_match(
     scans = [r for r in readings if isinstance(r, Scan) and r.scanner == "laser_vertical"]
     late = next(s for s in scans if s.stamp > 1.2 * SECOND)
     calls: list[str] = []
-
-    @contextmanager
-    def stage(name: str) -> Iterator[None]:
-        calls.append(name)
-        yield
-
     rest = [r for r in readings if r is not late]
     at = next(i for i, r in enumerate(rest) if end_of(r) > late.end_stamp + SECOND // 2)
-    localizer = Localizer(hall, MOUNTS, stage=stage)
+    localizer = Localizer(hall, MOUNTS, stage=noting(calls))
     for reading in rest[:at]:
         now = localizer.add(reading).stamp
     calls.clear()
