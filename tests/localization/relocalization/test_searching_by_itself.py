@@ -329,3 +329,21 @@ def test_estimate_that_stands_is_compared_where_it_was_registered_not_where_odom
             sweep, odom, world, BeamClassifier(world), search, config, RegistrationConfig()
         )
         assert all(p.shares[-1] < 0.8 for p in lost.places), "odometry alone leads elsewhere"
+
+
+# Carried off: places that were being compared are given up.
+
+PLACES = (Candidate(Pose.planar(1.0, 2.0, 0.0), 0.97), Candidate(Pose.planar(7.0, 2.0, 0.0), 0.95))
+
+
+def test_comparing_begins_again_with_a_search_at_once() -> None:
+    places = Hypotheses.of(PLACES, Pose.identity(), HypothesesConfig(), SearchConfig())
+    state = RelocalizerState(hypotheses=places, cause=SearchCause.REQUESTED).carried_off()
+    assert state.hypotheses.places == ()
+    assert state.schedule.cause is SearchCause.REQUESTED
+    assert state.schedule.ready(SECOND, SearchScheduleConfig())
+
+
+def test_robot_that_compares_nothing_goes_on_as_before() -> None:
+    state = RelocalizerState()
+    assert state.carried_off() is state
