@@ -12,7 +12,18 @@ from localization.geometry import FloatArray, so3_exp_many
 from localization.logs.mcap_writer import ReadingsWriter
 from localization.maps.cloud import Cloud
 from localization.maps.prepared_map import PreparedMap, prepare
-from localization.types import SECOND, Inertial, Mounts, Pose, Reading, Scan, Sweep, WheelSpeeds
+from localization.motion.displacement import with_turn
+from localization.types import (
+    SECOND,
+    Inertial,
+    Mounts,
+    Odometry,
+    Pose,
+    Reading,
+    Scan,
+    Sweep,
+    WheelSpeeds,
+)
 
 MOUNTS = {
     "laser_horizontal": Pose.from_euler([0.15, 0.0, 0.35]),
@@ -242,6 +253,32 @@ class Drive:
             readings.append(Inertial(now, np.array([0.0, 0.0, w]), force))
             before = v
         return readings
+
+
+def by_odometry(
+    drive: Drive, *, turn: float = 1.0, begin: Pose | None = None, level: bool = False
+) -> list[Reading]:
+    """The readings of a drive with the poses of an odometry in place of rim speeds.
+
+    Args:
+        drive: which began at stamp 0.
+        turn: how many times the odometry counts each turn.
+        begin: its first pose; that of the drive by default.
+        level: whether the level scanner is the only one.
+    """
+    readings: list[Reading] = []
+    before = drive.pose(0)
+    counted = begin or before
+    for reading in drive.readings():
+        if level and isinstance(reading, Scan) and reading.scanner != "laser_horizontal":
+            continue
+        if isinstance(reading, WheelSpeeds):
+            now = drive.pose(reading.stamp)
+            step = before.inverse() @ now
+            counted, before = counted @ with_turn(step, turn * step.yaw), now
+            reading = Odometry(reading.stamp, counted)
+        readings.append(reading)
+    return readings
 
 
 def write_log(

@@ -49,9 +49,7 @@ def samples(world: PreparedMap, readings: list[Reading], mounts: Mounts) -> list
 
 def left(found: Calibration, name: str) -> FloatArray:
     """Remaining error of a mount (6,), along the axes of its sigma."""
-    true, after = MOUNTS[name], found.base_from_scanner[name]
-    turn = so3_log(true.rotation @ after.rotation.T)
-    return np.concatenate([true.position - after.position, turn])
+    return left_of(found.base_from_scanner, name)
 
 
 @pytest.fixture(scope="module")

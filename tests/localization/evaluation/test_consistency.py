@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given, settings, strategies as st
 
 from localization.evaluation.consistency import consistency, health_shares, nees
-from localization.evaluation.error_statistics import EvaluationError
+from localization.evaluation.error_statistics import EvaluationError, Statistics
 from localization.types import SECOND, Health
 from tests.support import floats
 
@@ -68,3 +68,15 @@ def test_each_state_holds_until_the_next_estimate() -> None:
     assert health_shares(stamps[:1], states[:1])[Health.WAITING] == 1.0
     with pytest.raises(EvaluationError, match="as many stamps"):
         health_shares(stamps, states[:2])
+
+
+def test_statistics_of_known_errors() -> None:
+    s = Statistics.of([3.0, -4.0, 0.0, 0.0])
+    assert (s.count, s.rmse, s.mean, s.median, s.max) == (4, 2.5, 1.75, 1.5, 4.0)
+    assert Statistics.of(np.arange(101.0)).p95 == 95.0
+
+
+@pytest.mark.parametrize("bad", [[], [np.nan]])
+def test_statistics_of_no_errors_are_rejected(bad: list[float]) -> None:
+    with pytest.raises(EvaluationError):
+        Statistics.of(bad)

@@ -9,7 +9,7 @@ import numpy as np
 from localization.filter import ekf, prediction, updates
 from localization.filter.ekf import EkfConfig, FilterState
 from localization.geometry import FloatArray
-from localization.types import Match, Pose, Twist
+from localization.types import Match, Pose
 
 
 class DrivenFilter:
@@ -19,33 +19,9 @@ class DrivenFilter:
         self.config = config
         self.state = state or ekf.initial_state(config)
 
-    @property
-    def pose(self) -> Pose:
-        return self.state.pose
-
-    @property
-    def twist(self) -> Twist:
-        return self.state.twist
-
-    @property
-    def gyro_bias(self) -> FloatArray:
-        return self.state.gyro_bias
-
-    @property
-    def kappa(self) -> FloatArray:
-        return self.state.kappa
-
-    @property
-    def accrued(self) -> FloatArray:
-        return self.state.accrued
-
-    @property
-    def covariance(self) -> FloatArray:
-        return self.state.covariance
-
-    @property
-    def full_covariance(self) -> FloatArray:
-        return self.state.full_covariance
+    def __getattr__(self, name: str) -> Any:
+        """What the newest state holds: ``pose``, ``covariance`` and all its other fields."""
+        return getattr(self.state, name)
 
     @property
     def standing(self) -> bool:

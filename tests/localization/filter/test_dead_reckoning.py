@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -178,24 +178,25 @@ def test_turning_back_makes_no_lost_heading_known_again() -> None:
     assert state.covariance[5, 5] == pytest.approx(math.pi**2 / 3.0)
 
 
-def test_unit_that_falls_silent_is_replaced_by_the_wheels() -> None:
-    course = Course(heading=0.5)
-    readings = (
-        r
-        for r in course.readings()
-        if isinstance(r, Odometry) or not 4 * SECOND < r.stamp < 8 * SECOND
-    )
-    state = reckoned(readings)
+Kept = Callable[[Inertial | Odometry], bool]
+
+
+@pytest.mark.parametrize(
+    ("oriented", "kept", "by_wheels"),
+    [
+        (True, lambda r: isinstance(r, Odometry) or not 4 < r.stamp / SECOND < 8, range(71, 90)),
+        (True, lambda r: isinstance(r, Inertial) or not 4 < r.stamp / SECOND < 7, range(1)),
+        (False, lambda r: isinstance(r, Odometry) or r.stamp % SECOND < 0.6 * SECOND, None),
+    ],
+    ids=["unit falls silent", "pause of the odometry with a turn", "gyro returns"],
+)
+def test_readings_that_are_missing_are_bridged_by_the_others_and_no_turn_counts_twice(
+    oriented: bool, kept: Kept, by_wheels: range | None
+) -> None:
+    course = Course(heading=0.5 if oriented else 0.0, oriented=oriented)
+    state = reckoned(filter(kept, course.readings()))
     assert off(state, course.pose(END)) < 0.02
-    assert 70 < state.wheel_turned < 90
-
-
-def test_gyro_that_returns_does_not_add_the_turn_that_the_wheels_have_made() -> None:
-    course = Course(oriented=False)
-    readings = (
-        r for r in course.readings() if isinstance(r, Odometry) or r.stamp % SECOND < 0.6 * SECOND
-    )
-    assert off(reckoned(readings), course.pose(END)) < 0.02
+    assert by_wheels is None or state.wheel_turned in by_wheels
 
 
 @pytest.mark.parametrize("shake", [0, 1, 2])
@@ -211,14 +212,6 @@ def test_stamps_of_the_odometry_hardly_matter(shake: int) -> None:
         else:
             readings.append(r)
     assert off(reckoned(iter(readings)), course.pose(END)) < 0.03
-
-
-def test_pause_of_the_odometry_with_a_turn_is_one_step() -> None:
-    readings = list(Course(heading=0.2).readings())
-    paused = (
-        r for r in readings if isinstance(r, Inertial) or not 4 * SECOND < r.stamp < 7 * SECOND
-    )
-    assert off(reckoned(paused), Course(heading=0.2).pose(END)) < 0.02
 
 
 def test_sideways_motion_is_kept() -> None:

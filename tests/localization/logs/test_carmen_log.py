@@ -40,6 +40,13 @@ def flaser(place: Place, pose: Pose, odom: Pose, seconds: float, *, beams: int =
     return f"FLASER {beams} {ranges} {poses} {seconds:.6f} robot {seconds - 100.0:.6f}"
 
 
+def carmen(folder: Path, text: str) -> CarmenLog:
+    """The log of a text."""
+    path = folder / "a.log"
+    path.write_text(text)
+    return CarmenLog(path)
+
+
 @pytest.fixture(scope="module")
 def text() -> str:
     """A drive through the hall, with odometry that is 3 % wrong and began elsewhere."""
@@ -83,9 +90,8 @@ def test_corrected_scanner_poses_give_no_mount(text: str, tmp_path: Path) -> Non
         words = line.split()
         words[183] = f"{float(words[183]) + 0.01 * i:.6f}"
         lines.append(" ".join(words))
-    path = tmp_path / "corrected.log"
-    path.write_text("\n".join(lines))
-    np.testing.assert_array_equal(CarmenLog(path).mounts[SCANNER].position, np.zeros(3))
+    mount = carmen(tmp_path, "\n".join(lines)).mounts[SCANNER]
+    np.testing.assert_array_equal(mount.position, np.zeros(3))
 
 
 @pytest.mark.parametrize(
@@ -94,9 +100,7 @@ def test_corrected_scanner_poses_give_no_mount(text: str, tmp_path: Path) -> Non
 def test_beams_span_the_half_circle_ahead(
     tmp_path: Path, beams: int, step: float, last: float
 ) -> None:
-    path = tmp_path / "a.log"
-    path.write_text(flaser(HALL, START, START, 5.0, beams=beams))
-    scan = next(iter(CarmenLog(path)))
+    scan = next(iter(carmen(tmp_path, flaser(HALL, START, START, 5.0, beams=beams))))
     assert isinstance(scan, Scan)
     assert np.rad2deg(scan.angles[[0, 1, -1]]) == pytest.approx(
         [-90.0, -90.0 + step, last], abs=1e-4
@@ -104,9 +108,7 @@ def test_beams_span_the_half_circle_ahead(
 
 
 def test_range_at_the_limit_means_no_echo(tmp_path: Path) -> None:
-    path = tmp_path / "a.log"
-    path.write_text("FLASER 3 1.5 81.83 2.5 0 0 0 0 0 0 7.25 robot 1.0\n")
-    scan = next(iter(CarmenLog(path)))
+    scan = next(iter(carmen(tmp_path, "FLASER 3 1.5 81.83 2.5 0 0 0 0 0 0 7.25 robot 1.0\n")))
     assert isinstance(scan, Scan)
     np.testing.assert_array_equal(scan.ranges, [1.5, np.inf, 2.5])
 
@@ -114,9 +116,7 @@ def test_range_at_the_limit_means_no_echo(tmp_path: Path) -> None:
 def test_newer_laser_lines_carry_their_own_angles_and_poses(tmp_path: Path) -> None:
     head = "ROBOTLASER1 0 -2.0 4.0 1.0 30.0 0.01 0 5 1.0 2.0 3.0 4.0 30.0 2 7 8"
     poses = "1.2 0.0 0.0 1.0 0.0 0.0 0.1 0.2 0.3 0.3 1e6"
-    path = tmp_path / "a.log"
-    path.write_text(f"{head} {poses} 12.5 robot 0.5\n")
-    log = CarmenLog(path)
+    log = carmen(tmp_path, f"{head} {poses} 12.5 robot 0.5\n")
     scan, odometry = list(log)
     assert isinstance(scan, Scan)
     assert isinstance(odometry, Odometry)
@@ -135,9 +135,7 @@ def test_times_without_zeros_are_repaired(tmp_path: Path) -> None:
         seconds, microseconds = divmod(stamp // 1000, 1_000_000)
         printed = f"{microseconds}".ljust(6, "0")
         lines.append(f"FLASER 3 1.5 2.0 2.5 0 0 0 0 0 0 {seconds}.{printed} nohost 1.0\n")
-    path = tmp_path / "intel.log"
-    path.write_text("".join(lines))
-    log = CarmenLog(path)
+    log = carmen(tmp_path, "".join(lines))
     assert len(log.warnings) == 1
     assert "zeros" in log.warnings[0]
     told = np.array([r.stamp for r in log if isinstance(r, Scan)])
@@ -174,9 +172,7 @@ def test_broken_lines_are_counted_with_the_reason(text: str, tmp_path: Path) -> 
     lines = text.splitlines()
     lines[6] = "FLASER 181 1.0 2.0"
     lines[7] = "ODOM nan 0 0 0 0 0 976052858.0 robot 1"
-    path = tmp_path / "broken.log"
-    path.write_text("\n".join(lines))
-    log = CarmenLog(path)
+    log = carmen(tmp_path, "\n".join(lines))
     whole = text.count("FLASER") * 2 + text.count("ODOM")
     assert len(list(log)) == whole - 3
     assert log.skipped["FLASER"].count == 1
@@ -248,9 +244,7 @@ def test_pose_and_scan_of_one_instant_are_one_odometry_reading(tmp_path: Path) -
         odom = f"ODOM {0.1 * i} 0 0 0 0 0 {i}.5 robot {i}.0\n"
         pair = [odom, stamped(i, f"{i}.5")]
         lines += pair if i % 2 else pair[::-1]
-    path = tmp_path / "a.log"
-    path.write_text("".join(lines))
-    readings = list(CarmenLog(path))
+    readings = list(carmen(tmp_path, "".join(lines)))
     odometry = [r for r in readings if isinstance(r, Odometry)]
     assert [r.stamp for r in odometry] == [i * 10**9 + 5 * 10**8 for i in range(6)]
     assert [r.odom_from_base.position[0] for r in odometry] == pytest.approx(
@@ -278,9 +272,7 @@ def test_poses_come_in_the_order_in_which_the_robot_drove_though_lines_are_late_
         seconds, x = f"{1.0 + printed(i):.6f}", 1.0 + true(i)
         scan = f"FLASER 3 1.5 2.0 2.5 {x} 0 0 {x} 0 0 {seconds} robot {i}\n"
         lines.append(scan if i % 2 else f"ODOM {x} 0 0 0 0 0 {seconds} robot {i}\n")
-    path = tmp_path / "a.log"
-    path.write_text("".join(lines))
-    readings = list(CarmenLog(path))
+    readings = list(carmen(tmp_path, "".join(lines)))
     driven = [r.odom_from_base.position[0] for r in readings if isinstance(r, Odometry)]
     assert np.min(np.diff([printed(i) for i in range(40)])) < 0.0
     assert np.min(np.diff(driven[8:])) > 0.0
@@ -289,40 +281,41 @@ def test_poses_come_in_the_order_in_which_the_robot_drove_though_lines_are_late_
     assert stamps == sorted(stamps)
 
 
-def test_equal_stamps_are_rejected_as_such(tmp_path: Path) -> None:
-    path = tmp_path / "corrected.log"
-    path.write_text("".join(stamped(i, "1.00985e+09", logged=1.00985e9) for i in range(50)))
-    with pytest.raises(LogError, match=r"all 50 stamps are equal \(1\.00985e\+09 s\)") as error:
-        CarmenLog(path)
+@pytest.mark.parametrize(
+    ("stamps", "logged", "said"),
+    [
+        (["1.00985e+09"] * 50, 1.00985e9, r"all 50 stamps are equal \(1\.00985e\+09 s\)"),
+        (
+            ["1.00980e+09"] * 50 + ["1.00981e+09"] * 50,
+            1e9,
+            "its 100 stamps have only 2 different values",
+        ),
+    ],
+)
+def test_equal_stamps_and_those_with_too_few_digits_are_rejected_with_the_remedy(
+    tmp_path: Path, stamps: list[str], logged: float, said: str
+) -> None:
+    lines = (stamped(i, seconds, logged=logged) for i, seconds in enumerate(stamps))
+    with pytest.raises(LogError, match=said) as error:
+        carmen(tmp_path, "".join(lines))
     assert "use the raw log" in str(error.value)
     assert "\n" not in str(error.value)
 
 
-def test_stamps_with_too_few_digits_are_rejected_too(tmp_path: Path) -> None:
-    path = tmp_path / "corrected.log"
-    path.write_text("".join(stamped(i, f"1.0098{i // 50}e+09", logged=1e9) for i in range(100)))
-    with pytest.raises(LogError, match="its 100 stamps have only 2 different values"):
-        CarmenLog(path)
-
-
 def test_times_of_logging_stand_in_for_equal_stamps(tmp_path: Path) -> None:
-    path = tmp_path / "a.log"
-    path.write_text("".join(stamped(i, "1.00985e+09") for i in range(50)))
-    log = CarmenLog(path)
+    log = carmen(tmp_path, "".join(stamped(i, "1.00985e+09") for i in range(50)))
     assert [r.stamp for r in log if isinstance(r, Scan)] == [i * 10**9 for i in range(50)]
     assert "the times at which the lines were logged stand in" in log.warnings[0]
 
 
 def test_scans_of_two_robots_in_turns_are_those_of_the_first(tmp_path: Path) -> None:
-    path = tmp_path / "a.log"
     lines = []
     for i in range(20):
         lines.append(stamped(i, f"{i}.0", "alice"))
         lines.append(stamped(100 + i, f"{i}.5", "bob"))
         lines.append(f"ODOM {9 + i} 0 0 0 0 0 {i}.6 bob 1.0\n")
         lines.append(f"ODOM {0.1 * i + 0.05} 0 0 0 0 0 {i}.7 alice 1.0\n")
-    path.write_text("".join(lines))
-    log = CarmenLog(path)
+    log = carmen(tmp_path, "".join(lines))
     odometry = [r for r in log if isinstance(r, Odometry)]
     assert len(odometry) == 40
     assert max(r.odom_from_base.position[0] for r in odometry) < 2.0
@@ -334,21 +327,18 @@ def test_scans_of_two_robots_in_turns_are_those_of_the_first(tmp_path: Path) -> 
 
 
 def test_laser_and_base_on_two_computers_are_one_robot(tmp_path: Path) -> None:
-    path = tmp_path / "a.log"
     lines = []
     for i in range(20):
         lines.append(stamped(i, f"{i}.0", "laptop"))
         lines.append(f"ODOM {0.1 * i + 0.05} 0 0 0 0 0 {i}.6 base 1.0\n")
-    path.write_text("".join(lines))
-    log = CarmenLog(path)
+    log = carmen(tmp_path, "".join(lines))
     assert log.warnings == ()
     assert sum(isinstance(r, Odometry) for r in log) == 40
 
 
 def test_host_that_changes_once_is_named_and_read(tmp_path: Path) -> None:
-    path = tmp_path / "a.log"
-    path.write_text("".join(stamped(i, f"{i}.0", "old" if i < 12 else "new") for i in range(20)))
-    log = CarmenLog(path)
+    lines = (stamped(i, f"{i}.0", "old" if i < 12 else "new") for i in range(20))
+    log = carmen(tmp_path, "".join(lines))
     assert sum(isinstance(r, Scan) for r in log) == 20
     (warning,) = log.warnings
     assert "changes from old to new at line 13" in warning
@@ -356,17 +346,15 @@ def test_host_that_changes_once_is_named_and_read(tmp_path: Path) -> None:
 
 def test_text_that_begins_in_the_middle_of_a_line_is_named(text: str, tmp_path: Path) -> None:
     line = text.index("FLASER")
-    path = tmp_path / "cut.log"
-    path.write_text(text[line + 300 :])
-    (warning,) = CarmenLog(path).warnings
+    (warning,) = carmen(tmp_path, text[line + 300 :]).warnings
     assert "begins in the middle of a line" in warning
 
 
 def test_poses_alone_are_a_log_without_scanner(tmp_path: Path) -> None:
-    path = tmp_path / "a.log"
-    path.write_text("".join(f"ODOM {0.1 * i} 0 0 0 0 0 {i}.5 robot {i}.0\n" for i in range(20)))
-    assert CarmenLog(path).mounts == {}
-    last = localize(path).estimates[-1]
+    poses = "".join(f"ODOM {0.1 * i} 0 0 0 0 0 {i}.5 robot {i}.0\n" for i in range(20))
+    log = carmen(tmp_path, poses)
+    assert log.mounts == {}
+    last = localize(log.path).estimates[-1]
     assert last.map_from_base is not None
     assert last.map_from_base.position[0] == pytest.approx(1.9)
 

@@ -33,7 +33,6 @@ from localization.logs.ros_types import (
     to_cdr,
     vector_message,
 )
-from localization.motion.displacement import with_turn
 from localization.motion.sensor_configuration import Motion, SensorConfiguration
 from localization.pipeline.log_replay import localize
 from localization.types import (
@@ -46,7 +45,7 @@ from localization.types import (
     Scan,
     WheelSpeeds,
 )
-from tests.support_rooms import HALL, MOUNTS, Drive, write_log
+from tests.support_rooms import HALL, MOUNTS, Drive, by_odometry, write_log
 
 START = Pose.planar(2.6, 1.6, 0.2)
 LOOP = ((1.0, 0.0, 0.0), (4.0, 0.5, 0.35), (1.0, 0.0, 0.8))
@@ -226,26 +225,12 @@ def test_bag_of_wheels_and_gyro_is_localised_to_a_centimetre(
     assert worst_error(path, hall_map, drive)[:2].max() < 0.01
 
 
-def turning_too_far(drive: Drive) -> list[Reading]:
-    """The readings of a drive, with the odometry of a base that counts turns 1.85 times in place of its rim speeds."""
-    readings: list[Reading] = []
-    counted, before = Pose.planar(9.0, 4.0, 1.0), drive.pose(0)
-    for reading in drive.readings():
-        if not isinstance(reading, WheelSpeeds):
-            readings.append(reading)
-            continue
-        now = drive.pose(reading.stamp)
-        counted @= with_turn(before.inverse() @ now, 1.85 * (before.inverse() @ now).yaw)
-        before = now
-        readings.append(Odometry(reading.stamp, counted))
-    return readings
-
-
 @pytest.mark.slow
 def test_bag_of_odometry_and_gyro_is_localised_to_a_centimetre(
     tmp_path: Path, hall_map: Path, drive: Drive
 ) -> None:
-    path = ros1(tmp_path / "bag", recorded(turning_too_far(drive)))
+    readings = by_odometry(drive, turn=1.85, begin=Pose.planar(9.0, 4.0, 1.0))
+    path = ros1(tmp_path / "bag", recorded(readings))
     assert open_log(path).sensors.motion is Motion.ODOMETRY_AND_GYRO
     worst = worst_error(path, hall_map, drive)
     assert worst[:2].max() < 0.01
@@ -311,12 +296,7 @@ def test_orientation_of_a_unit_that_is_mounted_upside_down_becomes_that_of_the_b
 def test_odometry_and_one_level_scanner_make_a_flat_suite(
     tmp_path: Path, hall_map: Path, drive: Drive
 ) -> None:
-    readings: list[Reading] = []
-    for reading in drive.readings():
-        if isinstance(reading, Scan) and reading.scanner == "laser_horizontal":
-            readings.append(reading)
-        if isinstance(reading, WheelSpeeds):
-            readings.append(Odometry(reading.stamp, drive.pose(reading.stamp)))
+    readings = [r for r in by_odometry(drive, level=True) if not isinstance(r, Inertial)]
     path = ros2(tmp_path / "bag", recorded(readings), StoragePlugin.MCAP)
     assert open_log(path).sensors == SensorConfiguration(Motion.ODOMETRY, flat=True)
     x, y, z, _ = worst_error(path, hall_map, drive)

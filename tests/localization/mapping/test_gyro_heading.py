@@ -14,10 +14,9 @@ from localization.mapping.odometry_front_end import Odometer, OdometerConfig, Od
 from localization.mapping.planar_pose import between, compose
 from localization.mapping.pose_front_end import PoseOdometer, PoseOdometerConfig
 from localization.mapping.pose_graph import Edge, solved_graph
-from localization.motion.displacement import with_turn
 from localization.motion.sensor_configuration import SensorConfiguration
-from localization.types import Inertial, Odometry, Pose, Reading, Scan, WheelSpeeds
-from tests.support_rooms import HALL, MOUNTS, Drive
+from localization.types import Inertial, Pose, Reading
+from tests.support_rooms import HALL, MOUNTS, Drive, by_odometry
 
 DEGREE = float(np.deg2rad(1.0))
 SECONDS = 2.0
@@ -147,23 +146,11 @@ def test_odometry_sums_up_what_the_gyro_turned() -> None:
 
 def odometry_and_gyro(turn: float, silent: tuple[float, float] = (9.0, 9.0)) -> list[Reading]:
     """The drive's readings with poses by wheels that turn too far, in place of rim speeds."""
-    readings: list[Reading] = []
-    counted, before = Pose.planar(9.0, 4.0, 1.0), DRIVE.pose(0)
-    for reading in DRIVE.readings():
-        match reading:
-            case WheelSpeeds():
-                continue
-            case Inertial():
-                if not silent[0] <= reading.stamp * 1e-9 < silent[1]:
-                    readings.append(reading)
-                now = DRIVE.pose(reading.stamp)
-                step = before.inverse() @ now
-                counted, before = counted @ with_turn(step, turn * step.yaw), now
-                readings.append(Odometry(reading.stamp, counted))
-            case Scan():
-                if reading.scanner == "laser_horizontal":
-                    readings.append(reading)
-    return readings
+    return [
+        r
+        for r in by_odometry(DRIVE, turn=turn, begin=Pose.planar(9.0, 4.0, 1.0), level=True)
+        if not (isinstance(r, Inertial) and silent[0] <= r.stamp * 1e-9 < silent[1])
+    ]
 
 
 def followed(readings: list[Reading], *, gyro: bool) -> list[OdometrySweep]:

@@ -17,29 +17,15 @@ from localization.mapping.slam import map_drive
 from localization.mapping.slam_config import SlamConfig
 from localization.motion.sensor_configuration import Motion, SensorConfiguration
 from localization.types import SECOND, Odometry, Pose, Reading, Scan
-from tests.support_rooms import HALL
+from tests.localization.pipeline.wheel_log import SCANNER, scan_of
+from tests.support_rooms import HALL, MOUNTS as ALL_MOUNTS
 
-MOUNTS = {"laser": Pose.planar(0.1, 0.0, 0.0)}
-ANGLES = np.deg2rad(np.arange(-90.0, 90.0, 1.0))
+MOUNTS = {SCANNER: ALL_MOUNTS[SCANNER]}
 
 
 def scan_at(place: FloatArray, stamp: int, seed: int) -> Scan:
-    """What a level scanner 0.35 m above the hall's floor sees, at one instant."""
-    scanner = Pose.planar(*place) @ MOUNTS["laser"]
-    heading = scanner.yaw + ANGLES
-    ways = np.column_stack([np.cos(heading), np.sin(heading), 0.0 * heading])
-    start = np.tile(scanner.position + [0.0, 0.0, 0.35], (len(ways), 1))
-    ranges = HALL.cast(start, ways) + 0.01 * np.random.default_rng(seed).standard_normal(len(ways))
-    return Scan.uniform(
-        stamp,
-        "laser",
-        angle_min=float(ANGLES[0]),
-        angle_increment=float(np.deg2rad(1.0)),
-        time_increment=0.0,
-        ranges=ranges,
-        range_min=0.05,
-        range_max=30.0,
-    )
+    """What the level scanner sees, at one instant."""
+    return scan_of(HALL, Pose.planar(*place), stamp, 30.0, np.random.default_rng(seed))
 
 
 def circle(n: int = 120) -> FloatArray:

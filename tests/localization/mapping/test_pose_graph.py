@@ -41,13 +41,17 @@ def far(poses: FloatArray, truth: FloatArray) -> float:
     return float(np.hypot(*(poses - truth)[:, :2].T).max())
 
 
+def closed_loops(truth: FloatArray, count: int) -> list[Edge]:
+    """Edges from the last poses of the square to the first ones."""
+    ends = ((40 - k, k) for k in range(count))
+    return [Edge(b, a, between(truth[a], truth[b]), CLOSED, uncertain=True) for b, a in ends]
+
+
 def test_loop_of_metres_is_closed() -> None:
     truth = square()
     poses, edges = drifting(truth)
     assert far(poses, truth) > 2.0
-    loops = [
-        Edge(40 - k, k, between(truth[k], truth[40 - k]), CLOSED, uncertain=True) for k in range(3)
-    ]
+    loops = closed_loops(truth, 3)
     graph = solved_graph(poses, edges + loops)
     assert far(graph.poses, truth) < 0.7
     assert graph.weights[-3:].min() > 0.9
@@ -56,9 +60,7 @@ def test_loop_of_metres_is_closed() -> None:
 def test_wrong_loop_among_right_ones_loses_its_weight() -> None:
     truth = square()
     poses, edges = drifting(truth)
-    loops = [
-        Edge(40 - k, k, between(truth[k], truth[40 - k]), CLOSED, uncertain=True) for k in range(4)
-    ]
+    loops = closed_loops(truth, 4)
     right = solved_graph(poses, edges + loops).poses
     wrong = Edge(30, 5, np.array([0.3, 0.0, 0.0]), CLOSED, uncertain=True)
     graph = solved_graph(poses, [*edges, *loops, wrong])
@@ -93,12 +95,14 @@ def test_heights_are_closed_too() -> None:
     assert solved == pytest.approx([0.0, 0.0, 0.0, 0.0], abs=1e-3)
 
 
-def accuracy(loops: int) -> MapAccuracy:
+def accuracy(loops: int, *shifts: FloatArray) -> MapAccuracy:
+    """The accuracy of the square's map with so many loops, each closed with every one of some errors (3,)."""
     truth = square()
     poses, edges = drifting(truth)
     closures = [
-        Closure(40 - k, k, between(truth[k], truth[40 - k]), CLOSED, 0.9, False)
+        Closure(40 - k, k, between(truth[k], truth[40 - k]) + shift, CLOSED, 0.9, False)
         for k in range(loops)
+        for shift in shifts or (np.zeros(3),)
     ]
     measured = [Edge(c.later, c.earlier, c.motion, c.covariance, uncertain=True) for c in closures]
     way = 10.0 * np.arange(41.0)
@@ -119,22 +123,5 @@ def test_map_without_loops_says_so_and_how_far_it_may_be_bent() -> None:
 
 
 def test_noise_covers_closures_that_disagree() -> None:
-    close = accuracy(4)
-    truth = square()
-    poses, edges = drifting(truth)
-    shaken = [
-        Closure(
-            40 - k,
-            k,
-            between(truth[k], truth[40 - k]) + sign * np.array([0.025, -0.025, 0.005]),
-            CLOSED,
-            0.9,
-            False,
-        )
-        for k in range(4)
-        for sign in (-1.0, 1.0)
-    ]
-    measured = [Edge(c.later, c.earlier, c.motion, c.covariance, uncertain=True) for c in shaken]
-    graph = solved_graph(poses, edges + measured)
-    noisy = map_accuracy(graph, 10.0 * np.arange(41.0), shaken)
-    assert noisy.position_noise > 1.3 * close.position_noise
+    shift = np.array([0.025, -0.025, 0.005])
+    assert accuracy(4, -shift, shift).position_noise > 1.3 * accuracy(4).position_noise

@@ -13,9 +13,9 @@ from localization.maps.map_files import load_map
 from localization.maps.prepared_map import prepare
 from localization.motion.sensor_configuration import Motion, SensorConfiguration
 from localization.pipeline.localizer import Localizer, LocalizerConfig
-from localization.types import Hint, Odometry, Pose, Reading, Scan, WheelSpeeds
+from localization.types import Hint, Pose
 from tests.support import floats
-from tests.support_rooms import HALL, MOUNTS, Drive
+from tests.support_rooms import HALL, MOUNTS, Drive, by_odometry
 
 CELL = 0.05
 SHAPE = (140, 160)
@@ -108,16 +108,11 @@ def test_robot_with_odometry_and_one_scanner_is_localised_in_a_grid_to_half_a_ce
         world, mounts, LocalizerConfig.of(SensorConfiguration(Motion.ODOMETRY, flat=True))
     )
     errors = []
-    for i, reading in enumerate(drive.readings()):
-        told: Reading = reading
-        if isinstance(reading, WheelSpeeds):
-            told = Odometry(reading.stamp, drive.pose(reading.stamp))
-        elif not (isinstance(reading, Scan) and reading.scanner in mounts):
-            continue
+    for i, reading in enumerate(by_odometry(drive, level=True)):
         if i == 30:
             rough = start @ Pose.planar(0.2, 0.1, 0.1)
             localizer.add(Hint(reading.stamp, rough, np.zeros((6, 6))))
-        estimate = localizer.add(told)
+        estimate = localizer.add(reading)
         if estimate.map_from_base is not None and estimate.match is not None:
             error = drive.pose(estimate.stamp).inverse() @ estimate.map_from_base
             errors.append([*error.position[:2], error.yaw])

@@ -21,9 +21,16 @@ def some(n: int = 12) -> Cloud:
     return Cloud(rng.uniform(-9.0, 9.0, (n, 3)), normals, name="a place", frame="map")
 
 
-def write(path: Path, *columns: str, fill: float = 1.0, n: int = 5) -> Path:
-    table = np.full(n, fill, dtype=[(c, "<f4") for c in columns])
-    PlyData([PlyElement.describe(table, "vertex")], byte_order="<").write(str(path))
+UPWARD = {"x": 0.0, "y": 0.0, "z": 0.0, "nx": 0.0, "ny": 0.0, "nz": 1.0}
+"""Columns of a point at the origin whose surface faces up."""
+
+
+def write(path: Path, columns: dict[str, float], *, element: str = "vertex") -> Path:
+    """Write a file of five points with equal values."""
+    table = np.zeros(5, dtype=[(c, "<f4") for c in columns])
+    for column, value in columns.items():
+        table[column] = value
+    PlyData([PlyElement.describe(table, element)], byte_order="<").write(str(path))
     return path
 
 
@@ -92,12 +99,7 @@ def test_file_is_a_plain_binary_ply(tmp_path: Path) -> None:
 
 
 def test_name_defaults_to_the_files(tmp_path: Path) -> None:
-    table = np.zeros(1, dtype=[(c, "<f4") for c in ("x", "y", "z", "nx", "ny", "nz")])
-    table["nz"] = 1.0
-    PlyData([PlyElement.describe(table, "vertex")], byte_order="<").write(
-        str(tmp_path / "yard.ply")
-    )
-    cloud = load_cloud(tmp_path / "yard.ply")
+    cloud = load_cloud(write(tmp_path / "yard.ply", UPWARD))
     assert (cloud.name, cloud.frame) == ("yard", "map")
 
 
@@ -108,12 +110,10 @@ def test_columns_may_come_in_any_order_and_precision(tmp_path: Path) -> None:
     assert load_cloud(tmp_path / "text.ply").points.tolist() == [[1, 0, 0], [2, 0, 0]]
 
 
-def test_missing_file_is_named(tmp_path: Path) -> None:
+def test_missing_file_folder_and_cloud_without_vertices_are_named(tmp_path: Path) -> None:
     assert "No such file" in refusal(tmp_path / "nowhere.ply")
-
-
-def test_folder_is_rejected(tmp_path: Path) -> None:
     assert "directory" in refusal(tmp_path)
+    assert "damaged" in refusal(write(tmp_path / "odd.ply", {"x": 0.0}, element="corner"))
 
 
 @pytest.mark.parametrize("kept", [0.0, 0.05, 0.3, 0.6, 0.99])
@@ -163,27 +163,17 @@ def test_damaged_word_of_the_header_is_rejected(
     assert "\n" not in refusal(path)
 
 
-def test_cloud_without_vertices_is_damaged(tmp_path: Path) -> None:
-    table = np.zeros(1, dtype=[("x", "<f4")])
-    PlyData([PlyElement.describe(table, "corner")]).write(str(tmp_path / "odd.ply"))
-    assert "damaged" in refusal(tmp_path / "odd.ply")
-
-
 @pytest.mark.parametrize("bad", [np.nan, np.inf])
 @pytest.mark.parametrize("column", ["x", "nz"])
 def test_points_that_are_not_finite_are_counted(tmp_path: Path, bad: float, column: str) -> None:
-    path = tmp_path / "place.ply"
-    save_cloud(some(9), path)
-    ply = PlyData.read(str(path))
-    table = np.array(ply["vertex"].data)
-    table[column][:2] = bad
-    PlyData([PlyElement.describe(table, "vertex")], byte_order="<").write(str(path))
-    assert "2 points that are not finite" in refusal(path)
+    assert "5 points that are not finite" in refusal(
+        write(tmp_path / "place.ply", {**UPWARD, column: bad})
+    )
 
 
 @pytest.mark.parametrize("length", [0.5, 2.0])
 def test_normals_of_another_length_are_rejected(tmp_path: Path, length: float) -> None:
-    path = write(tmp_path / "place.ply", "x", "y", "z", "nx", "ny", "nz", fill=length)
+    path = write(tmp_path / "place.ply", dict.fromkeys(UPWARD, length))
     assert "unit length" in refusal(path)
 
 

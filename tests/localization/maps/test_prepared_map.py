@@ -66,10 +66,6 @@ def test_places_outside_have_no_nearest_point(world: PreparedMap, bad: float, ax
     assert (world.grid.nearest(query) >= 0).tolist() == [True, False]
 
 
-def test_no_places_give_no_results(world: PreparedMap) -> None:
-    assert world.grid.nearest(np.zeros((0, 3))).shape == (0,)
-
-
 def test_distant_parts_need_no_memory_for_the_space_between() -> None:
     points = np.array([[0.0, 0.0, 0.0], [100.0, 80.0, 0.0]])
     world = prepare(Cloud(points, np.tile([0, 0, 1.0], (2, 1)), name="two"))
@@ -133,24 +129,23 @@ def test_map_contains_its_bounds_and_a_margin(world: PreparedMap) -> None:
     assert not world.contains(1.5, -1.1, margin=1.0)
 
 
-def test_grid_is_restored_from_the_cache(tmp_path: Path) -> None:
-    cloud = save_cloud(scattered(), tmp_path / "place.ply")
+@pytest.fixture
+def saved(tmp_path: Path) -> Cloud:
+    """A cloud of a file, as caches are kept for."""
+    return save_cloud(scattered(), tmp_path / "place.ply")
+
+
+def test_grid_is_restored_from_the_cache_and_not_built_again(saved: Cloud, tmp_path: Path) -> None:
     cache = tmp_path / "deep" / "cache"
-    first = prepare(cloud, cache=cache)
-    assert len(list(cache.iterdir())) == 1
-    assert same(prepare(cloud, cache=cache).grid, first.grid)
-    assert same(prepare(cloud).grid, first.grid)
-
-
-def test_cached_grid_is_not_built_again(tmp_path: Path) -> None:
-    cloud = save_cloud(scattered(), tmp_path / "place.ply")
-    prepare(cloud, cache=tmp_path)
-    (file,) = tmp_path.glob("*.npz")
+    first = prepare(saved, cache=cache)
+    (file,) = cache.iterdir()
+    assert same(prepare(saved, cache=cache).grid, first.grid)
+    assert same(prepare(saved).grid, first.grid)
     with np.load(file) as data:
         kept = dict(data)
     kept["owners"] = np.where(kept["owners"] >= 0, 7, -1)
     np.savez(file, **kept)
-    assert prepare(cloud, cache=tmp_path).grid.nearest(cloud.points[:1]).tolist() == [7]
+    assert prepare(saved, cache=cache).grid.nearest(saved.points[:1]).tolist() == [7]
 
 
 def test_other_clouds_and_settings_do_not_share_a_file(tmp_path: Path) -> None:
@@ -162,47 +157,39 @@ def test_other_clouds_and_settings_do_not_share_a_file(tmp_path: Path) -> None:
     assert len(list(cache.iterdir())) == 3
 
 
-@pytest.mark.parametrize("kept", [0, 100, 5000, -1])
-def test_damaged_cache_is_rebuilt(tmp_path: Path, kept: int) -> None:
-    cloud = save_cloud(scattered(), tmp_path / "place.ply")
-    true = prepare(cloud, cache=tmp_path).grid
+@pytest.mark.parametrize("kept", [0, 100, 5000, -1, None])
+def test_cache_that_is_damaged_or_holds_pickles_is_rebuilt(
+    saved: Cloud, tmp_path: Path, kept: int | None
+) -> None:
+    true = prepare(saved, cache=tmp_path).grid
     (file,) = tmp_path.glob("*.npz")
-    file.write_bytes(file.read_bytes()[:kept])
-    assert same(prepare(cloud, cache=tmp_path).grid, true)
+    if kept is None:
+        np.savez(file, origin=np.array([{}], dtype=object), cell=1.0, directory=0, blocks=0)
+    else:
+        file.write_bytes(file.read_bytes()[:kept])
+    assert same(prepare(saved, cache=tmp_path).grid, true)
     with np.load(file) as data:
         assert bits(data["blocks"]) == bits(true.blocks)
         assert bits(data["owners"]) == bits(true.owners)
 
 
-def test_cache_of_pickles_is_not_opened(tmp_path: Path) -> None:
-    cloud = save_cloud(scattered(), tmp_path / "place.ply")
-    true = prepare(cloud, cache=tmp_path).grid
-    (file,) = tmp_path.glob("*.npz")
-    np.savez(file, origin=np.array([{}], dtype=object), cell=1.0, directory=0, blocks=0)
-    assert same(prepare(cloud, cache=tmp_path).grid, true)
-
-
-def test_cache_that_is_a_file_is_ignored(tmp_path: Path) -> None:
-    cloud = save_cloud(scattered(), tmp_path / "place.ply")
+def test_cache_that_is_a_file_is_ignored(saved: Cloud, tmp_path: Path) -> None:
     (tmp_path / "cache").write_text("in the way")
-    world = prepare(cloud, cache=tmp_path / "cache")
-    assert same(world.grid, prepare(cloud).grid)
+    assert same(prepare(saved, cache=tmp_path / "cache").grid, prepare(saved).grid)
     assert (tmp_path / "cache").read_text() == "in the way"
 
 
 @pytest.mark.parametrize("operation", ["replace", "savez"])
 def test_cache_that_cannot_be_written_is_ignored(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, operation: str
+    saved: Cloud, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, operation: str
 ) -> None:
     def fail(*_: object, **__: object) -> None:
         raise OSError(28, "No space left on device")
 
-    cloud = save_cloud(scattered(), tmp_path / "place.ply")
     cache = tmp_path / "cache"
     owner: object = Path if operation == "replace" else np
     monkeypatch.setattr(owner, operation, fail)
-    world = prepare(cloud, cache=cache)
-    assert same(world.grid, prepare(cloud).grid)
+    assert same(prepare(saved, cache=cache).grid, prepare(saved).grid)
     assert list(cache.iterdir()) == [], "half a cache must not be left behind"
 
 
@@ -241,5 +228,8 @@ def test_nearest_point_is_the_nearest_where_points_lie_as_far_apart_as_cells() -
     assert excess(world.grid.nearest(at)) > 0.05, "else a single look-up would do"
 
 
-def test_places_far_from_every_surface_have_no_nearest_point(world: PreparedMap) -> None:
+def test_no_places_give_no_results_and_places_far_from_every_surface_have_no_nearest_point(
+    world: PreparedMap,
+) -> None:
+    assert world.grid.nearest(np.zeros((0, 3))).shape == (0,)
     assert (world.nearest(np.array([[50.0, 50.0, 50.0], [-9.0, 0.0, 0.0]])) == -1).all()

@@ -9,7 +9,7 @@ from localization.geometry import so3_exp
 from localization.maps.cloud import Cloud
 from localization.maps.prepared_map import PreparedMap, prepare
 from localization.matching.registration import Residuals, register, residuals
-from localization.types import Match, Pose, Sweep
+from localization.types import Pose, Sweep
 from tests.support import floats, poses, vectors
 from tests.support_rooms import CORRIDOR, HALL, Face, Place, apart, box
 
@@ -183,24 +183,21 @@ def test_room_with_end_walls_is_held_along_it_too() -> None:
 # Nothing to go by
 
 
-def claims_nothing(match: Match, prior: Pose) -> None:
-    assert match.inlier_ratio == 0.0
+@pytest.mark.parametrize(
+    ("sweep", "prior"),
+    [(HALL.sweep(TRUE, stamp=7), Pose.planar(200.0, -50.0, 1.0)), (NOTHING, TRUE)],
+    ids=["far from any surface", "empty"],
+)
+def test_sweep_without_a_surface_near_claims_nothing_and_stays(
+    hall: PreparedMap, sweep: Sweep, prior: Pose
+) -> None:
+    match = register(sweep, hall, prior, POOR)
+    assert (match.stamp, match.inlier_ratio) == (7, 0.0)
     assert not match.information.any()
     assert match.observable_directions.shape == (0, 6)
     assert apart(match.map_from_base, prior)[0] < 1e-9
+    assert match.distances.shape == (len(sweep.points),)
     assert np.isnan(match.distances).all()
-
-
-def test_sweep_far_from_any_surface_claims_nothing_and_stays(hall: PreparedMap) -> None:
-    prior = Pose.planar(200.0, -50.0, 1.0)
-    claims_nothing(register(HALL.sweep(TRUE), hall, prior, POOR), prior)
-
-
-def test_empty_sweep_claims_nothing_and_stays(hall: PreparedMap) -> None:
-    match = register(NOTHING, hall, TRUE, POOR)
-    claims_nothing(match, TRUE)
-    assert match.stamp == 7
-    assert match.distances.shape == (0,)
 
 
 @given(n=st.integers(1, 4), seed=st.integers(0, 1000))

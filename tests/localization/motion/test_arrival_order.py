@@ -109,18 +109,30 @@ def test_a_turn_counts_as_a_way() -> None:
 SPIN = ((0, 0.0), (100, 0.1), (200, 0.2), (120, 0.3))
 
 
-def test_stamps_in_order_stay_as_they_are() -> None:
-    own: list[Reading] = [odometry(BEGIN + i * MS, 0.1 * i) for i in range(9)]
-    assert arranged(ArrivalOrder(ERROR), own) == own
-
-
 def test_a_scan_stamped_before_its_predecessor_is_placed_after_it() -> None:
     own: list[Reading] = [scan(BEGIN), scan(BEGIN - 30 * MS), scan(BEGIN + MS)]
     assert stamps(distrusting(), own) == [BEGIN, BEGIN + 1, BEGIN + MS]
 
 
-def test_a_scan_stamped_much_earlier_is_late_and_keeps_its_stamp() -> None:
-    own: list[Reading] = [scan(BEGIN), scan(BEGIN - ERROR - 1), scan(BEGIN + MS)]
+KEPT: dict[str, list[Reading]] = {
+    "in order": [odometry(BEGIN + i * MS, 0.1 * i) for i in range(9)],
+    "scan so early that it is late": [scan(BEGIN), scan(BEGIN - ERROR - 1), scan(BEGIN + MS)],
+    "each scanner has its order": [
+        odometry(BEGIN, 0.0),
+        scan(BEGIN - 30 * MS),
+        scan(BEGIN - 40 * MS, "other"),
+    ],
+    "inertial readings are sorted": [
+        Inertial(stamp, np.zeros(3), np.zeros(3)) for stamp in (BEGIN, BEGIN - 5 * MS)
+    ],
+}
+
+
+@pytest.mark.parametrize("own", KEPT.values(), ids=KEPT)
+def test_stamps_stay_as_they_are_where_nothing_shows_that_they_are_wrong(
+    own: list[Reading],
+) -> None:
+    assert arranged(ArrivalOrder(ERROR), own) == own
     assert arranged(distrusting(), own) == own
 
 
@@ -140,15 +152,6 @@ def test_after_a_bad_stamp_an_hour_ahead_the_order_is_kept_again() -> None:
         odometry(BEGIN + t * MS, w) for t, w in ((90, 0.2), (190, 0.3), (120, 0.4))
     ]
     assert stamps(order, own) == [BEGIN + 90 * MS, BEGIN + 190 * MS, BEGIN + 190 * MS + 1]
-
-
-def test_scanners_keep_an_order_each() -> None:
-    own: list[Reading] = [
-        odometry(BEGIN, 0.0),
-        scan(BEGIN - 30 * MS),
-        scan(BEGIN - 40 * MS, "other"),
-    ]
-    assert arranged(distrusting(), own) == own
 
 
 def line(at: int) -> list[Reading]:
@@ -192,12 +195,6 @@ def test_a_scan_that_has_a_stamp_with_odometry_only_now_and_then_keeps_its_own()
         own: list[Reading] = [odometry(at, k), odometry(at + 10 * MS, k + 0.1), scan(at)]
         own += [odometry(at + 50 * MS, k + 0.5), scan(at + 50 * MS)]
         assert stamps(order, own) == [reading.stamp for reading in own]
-
-
-def test_inertial_readings_are_sorted_by_their_stamps() -> None:
-    stamps_ = (BEGIN, BEGIN - 5 * MS)
-    own: list[Reading] = [Inertial(t, np.zeros(3), np.array([0.0, 0.0, 9.81])) for t in stamps_]
-    assert arranged(distrusting(), own) == own
 
 
 @pytest.mark.parametrize("way", [0.0, 0.3])

@@ -23,11 +23,10 @@ from localization.types import (
     Pose,
     Reading,
     Twist,
-    WheelSpeeds,
 )
 from teleop.__main__ import main
 from tests.localization.logs.test_ros_bag import recorded, ros1
-from tests.support_rooms import HALL, Drive, write_log
+from tests.support_rooms import HALL, Drive, by_odometry, write_log
 
 START = Pose.planar(2.6, 1.6, 0.9)
 DRIVE = Drive(HALL, START, (1.0, 0.0, 0.0), (4.0, 0.5, 0.35), (2.0, 0.0, 0.8), (3.0, 0.4, -0.3))
@@ -38,17 +37,12 @@ END = DRIVE.pose(0).inverse() @ DRIVE.pose(DRIVE.end)
 def scannerless(*, orientation: bool = True, inertial: bool = True) -> list[Reading]:
     """Odometry that turns 1.85 times as far as the robot, and an inertial unit whose world is turned by 0.9."""
     held: list[Reading] = []
-    odom, before = Pose.planar(0.0, 0.0, 0.0), DRIVE.pose(0)
-    for reading in DRIVE.readings():
+    for reading in by_odometry(DRIVE, turn=1.85, begin=Pose.identity()):
         if isinstance(reading, Inertial) and inertial:
             given = DRIVE.pose(reading.stamp).quaternion_wxyz if orientation else None
             held.append(replace(reading, orientation=given))
-        if isinstance(reading, WheelSpeeds):
-            pose = DRIVE.pose(reading.stamp)
-            step = before.inverse() @ pose
-            before = pose
-            odom = odom @ Pose.planar(step.position[0], 0.0, 1.85 * step.yaw)
-            held.append(Odometry(reading.stamp, odom))
+        if isinstance(reading, Odometry):
+            held.append(reading)
     return held
 
 

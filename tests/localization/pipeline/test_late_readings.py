@@ -1,7 +1,6 @@
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -25,6 +24,7 @@ from localization.types import (
     WheelSpeeds,
     end_of,
 )
+from tests.localization.pipeline.wheel_log import noting
 from tests.support_rooms import HALL, MOUNTS, TICK, Drive, apart
 
 START = Pose.planar(2.6, 1.6, 0.2)
@@ -135,15 +135,9 @@ def test_late_scan_is_registered_once_and_the_others_keep_their_match(
     scans = [r for r in readings if isinstance(r, Scan) and r.scanner == "laser_vertical"]
     late = next(s for s in scans if s.stamp > 1.2 * SECOND)
     calls: list[str] = []
-
-    @contextmanager
-    def stage(name: str) -> Iterator[None]:
-        calls.append(name)
-        yield
-
     rest = [r for r in readings if r is not late]
     at = next(i for i, r in enumerate(rest) if end_of(r) > late.end_stamp + SECOND // 2)
-    localizer = Localizer(hall, MOUNTS, stage=stage)
+    localizer = Localizer(hall, MOUNTS, stage=noting(calls))
     for reading in rest[:at]:
         now = localizer.add(reading).stamp
     calls.clear()
@@ -190,11 +184,9 @@ def test_late_hint_is_brought_forward_to_where_the_robot_has_driven(
     hint = Hint(then, drive.pose(then), np.diag([0.01] * 6))
     at = next(i for i, r in enumerate(readings) if r.stamp > then + SECOND)
     localizer = Localizer(hall, MOUNTS)
-    verdicts = []
-    for reading in (*readings[:at], hint, *readings[at:]):
-        estimate = localizer.add(reading)
-        verdicts += [estimate.verdict] if estimate.verdict else []
-    assert [v.verdict for v in verdicts] == [Verdict.ACCEPTED]
+    estimates = [localizer.add(r) for r in (*readings[:at], hint, *readings[at:])]
+    assert [e.verdict.verdict for e in estimates if e.verdict] == [Verdict.ACCEPTED]
+    estimate = estimates[-1]
     assert estimate.map_from_base is not None
     assert apart(estimate.map_from_base, drive.pose(estimate.stamp))[0] < 0.02
 
@@ -204,11 +196,8 @@ def test_hint_is_answered_once_though_readings_come_late_while_it_is_looked_for(
 ) -> None:
     readings = in_order(drive, SensorConfiguration())
     localizer = Localizer(hall, MOUNTS)
-    verdicts = []
-    for reading in delayed(readings, 3, SECOND // 2):
-        estimate = localizer.add(reading)
-        verdicts += [estimate.verdict] if estimate.verdict else []
-    assert len(verdicts) == 1
+    estimates = [localizer.add(reading) for reading in delayed(readings, 3, SECOND // 2)]
+    assert sum(estimate.verdict is not None for estimate in estimates) == 1
 
 
 def test_reading_later_than_the_horizon_is_refused_with_how_late_it_is(

@@ -14,6 +14,7 @@ from localization.logs.mcap_log import read_log
 from localization.maps.cloud import CloudError
 from localization.maps.map_files import load_cloud
 from localization.maps.prepared_map import prepare
+from localization.matching.matchers import Matcher
 from localization.matching.registration import RegistrationConfig
 from localization.pipeline.localizer import Localizer, LocalizerConfig
 from localization.pipeline.log_replay import (
@@ -99,9 +100,13 @@ def test_missing_log_or_map_is_named(hall_map: Path, tmp_path: Path, drive: list
 # Configuration
 
 
-@pytest.mark.parametrize("config", [LocalizerConfig(), OTHER], ids=["default", "other"])
+@pytest.mark.parametrize(
+    "config", [LocalizerConfig(), OTHER, dataclasses.replace(OTHER, matcher=Matcher.KISS)]
+)
 def test_configuration_survives_json(config: LocalizerConfig) -> None:
-    assert from_json(LocalizerConfig, json.loads(json.dumps(to_json(config)))) == config
+    again = from_json(LocalizerConfig, json.loads(json.dumps(to_json(config))))
+    assert again == config
+    assert again.matcher is config.matcher
 
 
 def test_settings_left_out_keep_their_defaults() -> None:

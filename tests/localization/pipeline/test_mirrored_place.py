@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from contextlib import contextmanager
 from dataclasses import dataclass
 
 import numpy as np
@@ -11,9 +9,9 @@ import pytest
 
 from localization.motion.sensor_configuration import Motion, SensorConfiguration
 from localization.pipeline.localizer import Localizer, LocalizerConfig
-from localization.types import Estimate, Hint, Odometry, Pose, Reading, WheelSpeeds
-from tests.localization.pipeline.wheel_log import block, upright
-from tests.support_rooms import MOUNTS, Drive, Face, Place, box
+from localization.types import Estimate, Hint, Pose
+from tests.localization.pipeline.wheel_log import block, noting, upright
+from tests.support_rooms import MOUNTS, Drive, Face, Place, box, by_odometry
 
 pytestmark = [pytest.mark.slow, pytest.mark.untraced]
 
@@ -80,21 +78,15 @@ class Driven:
 def driven(motion: Motion) -> Driven:
     drive = Drive(BUILDING, START, *ORDERS, noise=0.01, seed=2, scanners=(SCANNER,))
     stages: list[str] = []
-
-    @contextmanager
-    def stage(name: str) -> Iterator[None]:
-        stages.append(name)
-        yield
-
     mounts = {SCANNER: MOUNTS[SCANNER]}
     suite = SensorConfiguration(motion, flat=True)
-    localizer = Localizer(surveyed().prepared(), mounts, LocalizerConfig.of(suite), stage=stage)
+    localizer = Localizer(
+        surveyed().prepared(), mounts, LocalizerConfig.of(suite), stage=noting(stages)
+    )
     estimates, off, fit, begun = [], [], [], 0
-    for i, reading in enumerate(drive.readings()):
-        log: Reading = reading
-        if motion is Motion.ODOMETRY and isinstance(reading, WheelSpeeds):
-            log = Odometry(reading.stamp, drive.pose(0).inverse() @ drive.pose(reading.stamp))
-        estimate = localizer.add(log)
+    readings = drive.readings() if motion is Motion.WHEELS_AND_GYRO else by_odometry(drive)
+    for i, reading in enumerate(readings):
+        estimate = localizer.add(reading)
         if i == 50:
             localizer.add(
                 Hint(reading.stamp, START @ Pose.planar(0.1, 0.1, 0.05), np.zeros((6, 6)))

@@ -1,4 +1,4 @@
-"""Wheels that count wrongly: turns by any factor, distances with the wrong sign. The scanner knows better."""
+"""Wheels that count wrongly: turns by any factor, distances with the wrong sign. The scanner knows better, also with a scan every second or two."""
 
 from __future__ import annotations
 
@@ -97,4 +97,20 @@ def test_odometry_that_stalls_in_a_turn_and_then_catches_up_is_not_counted_twice
     after = followed.true > 3.9
     assert followed.turned[after].max() < np.deg2rad(3.0), summary(followed)
     assert followed.off[after].max() < 0.1, summary(followed)
+    assert followed.searched == 0, summary(followed)
+
+
+@pytest.mark.parametrize(("speed", "every"), [(0.6, 10), (0.6, 20), (0.33, 30)])
+def test_scans_a_metre_apart_are_enough_to_track_the_robot(
+    grid: PreparedMap, speed: float, every: int
+) -> None:
+    drive = Drive(OFFICE, LAP_START, *lap(speed), begin=BEGIN)
+    log = moments(OFFICE, drive, Wheels(), scan_every=every)
+    followed = follow(grid, drive, log)
+    assert len(followed.off) > 0.7 * len(log) / every
+    # The placement was as rough as the hint's search, and is corrected once the robot moves.
+    assert followed.off[3:].max() < 0.10, summary(followed)
+    assert np.rad2deg(followed.turned.max()) < 4.0, summary(followed)
+    assert np.sqrt(np.mean(followed.ratio**2)) < 1.5, summary(followed)
+    assert followed.share(Health.TRACKING) > 0.8, summary(followed)
     assert followed.searched == 0, summary(followed)

@@ -8,14 +8,14 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from localization.geometry import FloatArray
 from localization.maps.prepared_map import PreparedMap
 from localization.motion.sensor_configuration import Motion, SensorConfiguration
-from localization.pipeline.localizer import Localizer, LocalizerConfig
+from localization.pipeline.localizer import Localizer, LocalizerConfig, Stage
 from localization.types import (
     SECOND,
     Estimate,
@@ -224,12 +224,15 @@ def gyro_of(
     ]
 
 
-def restamped(scan: Scan, stamp: int) -> Scan:
-    """The scan with another stamp [ns]."""
-    return Scan(
-        stamp, scan.scanner, scan.angles, scan.ranges, scan.intensities, scan.offsets,
-        scan.range_min, scan.range_max,
-    )  # fmt: skip
+def noting(stages: list[str]) -> Stage:
+    """A stage that notes its name each time."""
+
+    @contextmanager
+    def stage(name: str) -> Iterator[None]:
+        stages.append(name)
+        yield
+
+    return stage
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
@@ -297,15 +300,10 @@ def follow(
         gyro: readings of an inertial unit, if there is one; each is written when it is due.
     """
     stages: list[str] = []
-
-    @contextmanager
-    def stage(name: str) -> Iterator[None]:
-        stages.append(name)
-        yield
-
     motion, due = Motion.ODOMETRY_AND_GYRO if gyro else Motion.ODOMETRY, list(gyro[::-1])
     suite = SensorConfiguration(motion, flat=True)
-    localizer = Localizer(world, {SCANNER: MOUNTS[SCANNER]}, LocalizerConfig.of(suite), stage=stage)
+    config, mounts = LocalizerConfig.of(suite), {SCANNER: MOUNTS[SCANNER]}
+    localizer = Localizer(world, mounts, config, stage=noting(stages))
     written = stamps if stamps is not None else [moment.true for moment in log]
     true_at: dict[int, int] = {}
     rows, said, health, estimates, begun = [], [], [], [], 0
@@ -316,7 +314,7 @@ def follow(
             readings.append(due.pop())
         readings.append(Odometry(stamp, moment.odometry))
         if moment.scan is not None:
-            readings.append(restamped(moment.scan, stamp))
+            readings.append(replace(moment.scan, stamp=stamp))
             readings += [Odometry(stamp, moment.odometry)] if twice else []
         if number == 4:
             about = drive.pose(moment.true) @ (hint or Pose.planar(0.1, -0.1, 0.05))

@@ -8,7 +8,7 @@ from localization.maps.prepared_map import PreparedMap
 from localization.relocalization.floor_plan import FloorPlan
 from localization.relocalization.hint_search import SearchResult
 from localization.relocalization.search_config import SearchConfig
-from localization.relocalization.search_window import Window
+from localization.relocalization.search_window import Window, window_of
 from localization.relocalization.verification import same_place
 from localization.types import Hint, Pose, Sweep, Verdict
 from tests.localization.relocalization.driven_search import DrivenSearch
@@ -310,3 +310,42 @@ def test_sweep_without_points_rejects_the_hint(search: DrivenSearch) -> None:
     found = finish(search, current=Pose.planar(4.0, 2.5, 0.4))
     assert (found.hint, found.verdict) == (hint, Verdict.REJECTED)
     assert "best: nothing" in found.reason
+
+
+# Where it is looked for
+
+
+def test_hint_without_covariance_opens_the_default_window() -> None:
+    c = SearchConfig()
+    window = window_of(Pose.planar(1.0, 2.0, 0.5), np.zeros((6, 6)))
+    assert (window.x, window.y) == (1.0, 2.0)
+    assert window.yaw == pytest.approx(0.5)
+    assert window.half_width == pytest.approx(3.0 * c.default_sigma)
+    assert window.half_yaw == pytest.approx(3.0 * c.default_sigma_yaw)
+
+
+@given(sigma_x=floats(0.0, 5.0), sigma_y=floats(0.0, 5.0), sigma_yaw=floats(0.0, 7.0))
+def test_window_is_three_sigma_within_its_limits(
+    sigma_x: float, sigma_y: float, sigma_yaw: float
+) -> None:
+    c = SearchConfig()
+    # Something in z keeps the covariance from meaning "default".
+    covariance = np.diag(np.square([sigma_x, sigma_y, 1.0, 0.0, 0.0, sigma_yaw]))
+    window = window_of(Pose.identity(), covariance)
+    wide = 3.0 * max(sigma_x, sigma_y)
+    assert window.half_width == pytest.approx(min(max(wide, c.smallest_window), c.largest_window))
+    assert window.half_yaw == pytest.approx(min(max(3.0 * sigma_yaw, c.smallest_window_yaw), np.pi))
+
+
+def test_places_inside_walls_are_not_taken(hall_plan: FloorPlan) -> None:
+    on_a_wall = np.array([[0.0, 3.0], [4.0, 0.05]])
+    free = np.array([[4.0, 2.5]])
+    points = np.array([[4.0, 0.0], [0.0, -2.5]])
+    assert hall_plan.score(points, on_a_wall).tolist() == [0.0, 0.0]
+    assert hall_plan.score(points, free)[0] == pytest.approx(1.0, abs=0.1)
+    assert hall_plan.score(points + 1.0, free)[0] < 0.1
+
+
+def test_map_with_nothing_at_the_scanners_height_has_no_good_place(hall: PreparedMap) -> None:
+    empty = FloorPlan(hall, 9.0, cell=0.05, sigma=0.12)
+    assert empty.score(np.array([[1.0, 1.0]]), np.array([[4.0, 2.5]])).tolist() == [0.0]

@@ -276,56 +276,61 @@ def test_place_is_believed_only_if_it_outdoes_every_other_one(
     assert (decided is not None) is believed
 
 
-def test_estimate_that_is_held_off_its_place_is_compared_with_others_at_its_place() -> None:
-    """Decimetres off, the right place explains less than a wrong one may, and moving on does not change that."""
-    world, here = HALL.prepared(), Pose.planar(3.0, 2.5, 0.2)
-    places = Hypotheses.of(
-        [Candidate(Pose.planar(5.5, 2.5, 2.5), 0.6)],
-        Pose.identity(),
-        HypothesesConfig(),
-        SearchConfig(),
-        present=here,
-    )
-    now = Pose.planar(3.4, 2.6, 0.3)
-    left, _ = places.compared(
-        HALL.sweep(now, stamp=SECOND),
-        Pose.planar(0.4, 0.0, 0.1),
-        world,
-        BeamClassifier(world),
-        SearchConfig(),
-        HypothesesConfig(),
-        RegistrationConfig(),
-        present=now @ Pose.planar(0.15, 0.15, 0.17),
-    )
-    (stands,) = (p for p in left.places if p.present)
-    assert stands.shares[-1] > 0.95
-    assert apart(stands.map_from_base, now)[0] < 0.02
+ELSEWHERE = Candidate(Pose.planar(5.5, 2.5, 2.5), 0.6)
+THERE, NOW = Pose.planar(3.0, 2.5, 0.2), Pose.planar(3.4, 2.6, 0.3)
+"""Where the robot was when places were found, and where it is when they are compared."""
 
 
-def test_estimate_that_stands_is_compared_where_it_was_registered_not_where_odometry_leads() -> (
-    None
-):
-    """Odometry that turns too far on the way loses the right place; the estimate has not."""
-    world, here = HALL.prepared(), Pose.planar(3.0, 2.5, 0.2)
+def compared(
+    hall: PreparedMap, found: Sequence[Candidate], odom: Pose, present: Pose | None
+) -> tuple[Hypothesis, ...]:
+    """The places of a search, and the estimate that stood, after a look at the hall by a robot at ``NOW``."""
     search, config = SearchConfig(), HypothesesConfig()
-    elsewhere = Candidate(Pose.planar(5.5, 2.5, 2.5), 0.6)
-    for found in ([elsewhere], [elsewhere, Candidate(here, 1.0)]):
-        places = Hypotheses.of(found, Pose.identity(), config, SearchConfig(), present=here)
-        now, odom = Pose.planar(3.4, 2.6, 0.3), Pose.planar(0.4, 0.0, 1.4)
-        sweep = HALL.sweep(now, stamp=SECOND)
-        left, _ = places.compared(
-            sweep,
-            odom,
-            world,
-            BeamClassifier(world),
-            search,
-            config,
-            RegistrationConfig(),
-            present=now,
-        )
-        assert left.places[0].shares[-1] > 0.95
-        assert apart(left.places[0].map_from_base, now)[0] < 0.02
-        lost, _ = places.compared(
-            sweep, odom, world, BeamClassifier(world), search, config, RegistrationConfig()
-        )
-        assert all(p.shares[-1] < 0.8 for p in lost.places), "odometry alone leads elsewhere"
+    places = Hypotheses.of(found, Pose.identity(), config, search, present=THERE)
+    sweep, beams = HALL.sweep(NOW, stamp=SECOND), BeamClassifier(hall)
+    left, _ = places.compared(
+        sweep, odom, hall, beams, search, config, RegistrationConfig(), present=present
+    )
+    return left.places
+
+
+def test_estimate_that_is_held_off_its_place_is_compared_with_others_at_its_place(
+    hall: PreparedMap,
+) -> None:
+    """Decimetres off, the right place explains less than a wrong one may, and moving on does not change that."""
+    off = NOW @ Pose.planar(0.15, 0.15, 0.17)
+    places = compared(hall, [ELSEWHERE], Pose.planar(0.4, 0.0, 0.1), off)
+    (stands,) = (p for p in places if p.present)
+    assert stands.shares[-1] > 0.95
+    assert apart(stands.map_from_base, NOW)[0] < 0.02
+
+
+@pytest.mark.parametrize("found", [[ELSEWHERE], [ELSEWHERE, Candidate(THERE, 1.0)]])
+def test_estimate_that_stands_is_compared_where_it_was_registered_not_where_odometry_leads(
+    hall: PreparedMap, found: list[Candidate]
+) -> None:
+    """Odometry that turns too far on the way loses the right place; the estimate has not."""
+    odom = Pose.planar(0.4, 0.0, 1.4)
+    best, *_ = compared(hall, found, odom, NOW)
+    assert best.shares[-1] > 0.95
+    assert apart(best.map_from_base, NOW)[0] < 0.02
+    lost = compared(hall, found, odom, None)
+    assert all(p.shares[-1] < 0.8 for p in lost), "odometry alone leads elsewhere"
+
+
+# Carried off: places that were being compared are given up.
+
+PLACES = (Candidate(Pose.planar(1.0, 2.0, 0.0), 0.97), Candidate(Pose.planar(7.0, 2.0, 0.0), 0.95))
+
+
+def test_comparing_begins_again_with_a_search_at_once() -> None:
+    places = Hypotheses.of(PLACES, Pose.identity(), HypothesesConfig(), SearchConfig())
+    state = RelocalizerState(hypotheses=places, cause=SearchCause.REQUESTED).carried_off()
+    assert state.hypotheses.places == ()
+    assert state.schedule.cause is SearchCause.REQUESTED
+    assert state.schedule.ready(SECOND, SearchScheduleConfig())
+
+
+def test_robot_that_compares_nothing_goes_on_as_before() -> None:
+    state = RelocalizerState()
+    assert state.carried_off() is state
