@@ -34,6 +34,7 @@ from teleop.operator.robot_state.source_ages import STALE
 from teleop.robot.lockstep_service import LockstepService
 from teleop.robot.safety.control_state import ControlMode, SafetyConfig
 from teleop.robot.safety.stale_commands import StaleLimits
+from tests.warm_python import WarmPython
 
 ROOT = Path(__file__).parents[1]
 PAGES = [
@@ -105,14 +106,16 @@ def clone(tmp_path_factory: pytest.TempPathFactory, cache: Path) -> Path:
     return folder
 
 
+@pytest.fixture(scope="module")
+def python(clone: Path) -> Iterator[WarmPython]:
+    """Runs programs; a warning is an error."""
+    with WarmPython(environment_of(clone)) as warm:
+        yield warm
+
+
 def environment_of(folder: Path) -> dict[str, str]:
     """Our packages on Python's path, and the tests' cache of maps."""
-    return {
-        **os.environ,
-        "PYTHONPATH": str(ROOT),
-        "XDG_CACHE_HOME": str(folder / "cache"),
-        "OPENBLAS_NUM_THREADS": "1",
-    }
+    return {**os.environ, "PYTHONPATH": str(ROOT), "XDG_CACHE_HOME": str(folder / "cache")}
 
 
 def in_clone(folder: Path, *words: str) -> subprocess.CompletedProcess[str]:
@@ -125,20 +128,6 @@ def in_clone(folder: Path, *words: str) -> subprocess.CompletedProcess[str]:
         text=True,
         check=False,
     )
-
-
-def printed(folder: Path, program: str) -> str:
-    """What a program prints in a folder; it must succeed, and without a warning."""
-    done = in_clone(folder, "-W", "error", "-c", program)
-    assert done.returncode == 0, done.stderr
-    assert not done.stderr
-    return done.stdout
-
-
-def shell_lines(page: str | None = None) -> list[str]:
-    """The lines of the shell blocks of a page, or of all pages."""
-    shown = (b.text for b in blocks("sh") if page in (None, b.page))
-    return [line for text in shown for line in text.splitlines()]
 
 
 def block_with(page: str, text: str) -> Block:
@@ -163,22 +152,31 @@ ALONE = [
 @pytest.mark.long
 @pytest.mark.slow
 @pytest.mark.parametrize("block", ALONE, ids=str)
-def test_python_in_the_documentation_runs(block: Block, clone: Path) -> None:
-    printed(clone, block.text)
+def test_python_in_the_documentation_runs(block: Block, clone: Path, python: WarmPython) -> None:
+    done = python.run("-c", block.text, cwd=clone)
+    assert done.returncode == 0, done.stderr
+    assert not done.stderr
 
 
 @pytest.mark.slow
-def test_python_of_the_readme_finds_the_robot(clone: Path) -> None:
-    said = printed(clone, LOCALIZE.text)
+def test_python_of_the_readme_finds_the_robot(clone: Path, python: WarmPython) -> None:
+    done = python.run("-c", LOCALIZE.text, cwd=clone)
+    assert done.returncode == 0, done.stderr
     last = (clone / "runs/first/estimate.tum").read_text().splitlines()[-1].split()
-    assert "hint accepted - explains" in said
-    assert f"x {float(last[1]):.3f} m, y {float(last[2]):.3f} m, tracking" in said
+    assert "hint accepted - explains" in done.stdout
+    assert f"x {float(last[1]):.3f} m, y {float(last[2]):.3f} m, tracking" in done.stdout
 
 
 @pytest.mark.long
 @pytest.mark.slow
-def test_tutorial_leads_from_the_log_to_all_that_it_shows(clone: Path) -> None:
-    (line,) = (line for line in shell_lines(TUTORIAL) if "runs/first/readings.mcap" in line)
+def test_tutorial_leads_from_the_log_to_all_that_it_shows(clone: Path, python: WarmPython) -> None:
+    (line,) = (
+        line
+        for b in blocks("sh")
+        if b.page == TUTORIAL
+        for line in b.text.splitlines()
+        if "runs/first/readings.mcap" in line
+    )
     done = in_clone(clone, "-W", "error", "-m", "teleop", *shlex.split(line)[1:])
     assert done.returncode == 0, done.stderr
     assert "ATE, position [mm]" in done.stdout
@@ -191,7 +189,10 @@ def test_tutorial_leads_from_the_log_to_all_that_it_shows(clone: Path) -> None:
     assert documented <= set(written)
     assert {name for name in written if not re.fullmatch(r"observable_r?[xyz]", name)} <= documented
     for block in (b for b in blocks("python") if b.page == TUTORIAL):
-        assert printed(clone, block.text), block
+        done = python.run("-c", block.text, cwd=clone)
+        assert done.returncode == 0, f"{block}: {done.stderr}"
+        assert done.stdout
+        assert not done.stderr
 
 
 @contextmanager
@@ -234,16 +235,23 @@ def test_program_in_the_readme_drives_the_robot(clone: Path) -> None:
 
 @pytest.mark.long
 @pytest.mark.slow
-def test_program_in_the_documentation_looks_through_the_camera(clone: Path) -> None:
+def test_program_in_the_documentation_looks_through_the_camera(
+    clone: Path, python: WarmPython
+) -> None:
     with served(clone, "--camera", "kinect") as port:
-        assert "(640, 480)" in printed(clone, CAMERA.text.replace("9090", port))
+        done = python.run("-c", CAMERA.text.replace("9090", port), cwd=clone)
+    assert done.returncode == 0, done.stderr
+    assert not done.stderr
+    assert "(640, 480)" in done.stdout
 
 
 @pytest.mark.slow
-def test_program_in_the_documentation_steps_the_robot(clone: Path) -> None:
+def test_program_in_the_documentation_steps_the_robot(clone: Path, python: WarmPython) -> None:
     with served(clone, "--lockstep") as port:
-        said = printed(clone, STEP.text.replace("9090", port))
-    assert said == "2 s, 18 poses, the last at x 23.46 m\n"
+        done = python.run("-c", STEP.text.replace("9090", port), cwd=clone)
+    assert done.returncode == 0, done.stderr
+    assert not done.stderr
+    assert done.stdout == "2 s, 18 poses, the last at x 23.46 m\n"
 
 
 @pytest.mark.slow
@@ -253,7 +261,12 @@ def test_program_in_the_documentation_takes_a_picture(clone: Path) -> None:
     with socket.socket() as free:
         free.bind(("127.0.0.1", 0))
         port = str(free.getsockname()[1])
-    (line,) = (line for line in shell_lines() if line.startswith(".venv/bin/rerun --headless"))
+    (line,) = (
+        line
+        for b in blocks("sh")
+        for line in b.text.splitlines()
+        if line.startswith(".venv/bin/rerun --headless")
+    )
     viewer = subprocess.Popen(
         [viewer_program(), *shlex.split(line)[1:], "--port", port],
         cwd=clone,
@@ -303,7 +316,8 @@ def commands() -> list[tuple[str, str]]:
     """Pages and the ``farsteer`` commands they name, whether through make or not."""
     found = []
     for page in PAGES:
-        for line in (*shell_lines(page), *spans(page)):
+        shell = [b.text for b in blocks("sh") if b.page == page]
+        for line in (*(row for text in shell for row in text.splitlines()), *spans(page)):
             if words := re.match(r"(?:\.venv/bin/)?farsteer (.+)", line):
                 found.append((page, words[1]))
             elif through := re.match(r'make (sim|map|serve|operate|world) ARGS="(.*?)"', line):
@@ -332,8 +346,13 @@ def test_command_in_the_documentation_parses(page: str, words: str) -> None:
 
 def test_commands_in_the_documentation_run_as_they_are_typed() -> None:
     """A command of the environment is found in it, or through make."""
-    bare = r"(farsteer|python|pip|rerun|pytest) "
-    assert [line for line in shell_lines() if re.match(bare, line)] == []
+    bare = [
+        f"{block}: {line}"
+        for block in blocks("sh")
+        for line in block.text.splitlines()
+        if re.match(r"(farsteer|python|pip|rerun|pytest) ", line)
+    ]
+    assert not bare
 
 
 def test_readme_says_what_the_first_make_says() -> None:
@@ -350,8 +369,8 @@ def test_commands_are_found_in_the_documentation() -> None:
 
 @pytest.mark.parametrize("page", PAGES)
 def test_make_targets_in_the_documentation_exist(page: str) -> None:
-    lines = (*shell_lines(page), *spans(page))
-    named = {m[1] for line in lines if (m := re.match(r"make ([a-z]+)", line))}
+    lines = [line for b in blocks("sh") if b.page == page for line in b.text.splitlines()]
+    named = {m[1] for line in (*lines, *spans(page)) if (m := re.match(r"make ([a-z]+)", line))}
     assert named <= make_targets()
 
 
