@@ -151,6 +151,7 @@ def test_interpolation_passes_through_its_knots_and_is_clamped_to_its_ends(
     assert r == pytest.approx(rotations[[0, *range(len(times)), -1]], abs=1e-12)
 
 
+@pytest.mark.slow
 @given(track=tracks(), seed=st.integers(0, 100))
 def test_points_are_mapped_as_by_the_interpolated_pose_of_their_time(
     track: tuple[np.ndarray, FloatArray, FloatArray], seed: int

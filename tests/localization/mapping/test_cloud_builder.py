@@ -50,6 +50,7 @@ def mapped() -> Cloud:
     return tour(WALL, around(1.3, 1.5) + around(4.7, 1.5)).build("two rooms")
 
 
+@pytest.mark.slow
 def test_map_lies_on_the_walls(mapped: Cloud) -> None:
     gaps = []
     for face in WALL.faces:
@@ -92,6 +93,7 @@ def test_points_are_thinned_to_the_spacing(mapped: Cloud) -> None:
     assert (high - low)[:2] == pytest.approx([6.0, 4.0], abs=0.1)
 
 
+@pytest.mark.slow
 def test_same_drive_makes_the_same_map_to_the_last_bit(mapped: Cloud) -> None:
     again = tour(WALL, around(1.3, 1.5) + around(4.7, 1.5)).build("two rooms")
     assert again.points.tobytes() == mapped.points.tobytes()

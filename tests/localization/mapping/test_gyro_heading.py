@@ -159,6 +159,7 @@ def followed(readings: list[Reading], *, gyro: bool) -> list[OdometrySweep]:
     return [step for r in readings if (step := odometer.add(r)) is not None]
 
 
+@pytest.mark.slow
 def test_poses_of_an_odometry_are_turned_by_the_gyro_beside_it() -> None:
     steps = followed(odometry_and_gyro(1.85), gyro=True)
     first, last = steps[0], steps[-1]

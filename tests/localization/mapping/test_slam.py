@@ -221,6 +221,7 @@ def truth_of(drive: Drive) -> Trajectory:
     return Trajectory.from_poses((stamp, drive.pose(stamp)) for stamp in stamps)
 
 
+@pytest.mark.slow
 def test_drive_is_tracked_without_a_map(drive: Drive, survey: Survey) -> None:
     error = ate(survey.trajectory, truth_of(drive))
     assert error.horizontal.rmse < 0.02

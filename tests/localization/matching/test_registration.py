@@ -137,6 +137,7 @@ def test_thin_walls_of_a_room_do_not_hinder_putting_it_right() -> None:
 # A corridor
 
 
+@pytest.mark.slow
 @given(
     yaw=floats(-3.1, 3.1),
     y=floats(-0.4, 0.4),

@@ -80,6 +80,7 @@ def localize(
 
 
 # A transverse scanner shows roll, pitch and height; a level one alone does not, and the suite is flat.
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("scanners", "flat"), [(tuple(MOUNTS), False), (HORIZONTAL, True)], ids=["both", "horizontal"]
 )

@@ -56,6 +56,7 @@ def usual(hall: PreparedMap) -> FloatArray:
     return sigmas(hall, 50, 50)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("imu", "wheels"), [(25, 25), (200, 20)])
 def test_covariance_does_not_depend_on_how_often_the_inertial_unit_speaks(
     hall: PreparedMap, usual: FloatArray, imu: int, wheels: int

@@ -417,6 +417,7 @@ thickness = 0.2
 """
 
 
+@pytest.mark.slow
 def test_simulated_robot_is_tracked_through_a_room() -> None:
     world = Place(box((0.0, 0.0, 0.0), (8.0, 6.0, 2.5), inside=True)).prepared()
     simulation = Simulation(parse_world(ROOM, name="room"), seed=5)

@@ -63,6 +63,7 @@ def live(drive: list[Reading], hall_map: Path, config: LocalizerConfig) -> list[
     return [essence(e) for r in drive if isinstance((e := localizer.add(r), r)[1], Inertial)]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("config", [LocalizerConfig(), OTHER], ids=["default", "other"])
 def test_log_replays_to_the_same_bits(
     drive: list[Reading], hall_map: Path, tmp_path: Path, config: LocalizerConfig

@@ -82,6 +82,7 @@ def misled(square: PreparedMap, seconds: float) -> tuple[Localizer, Drive]:
     return localizer, way
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seconds", [4.0, 22.0])
 def test_undo_brings_the_robot_back_to_where_it_would_be_without_the_hint(
     square: PreparedMap, seconds: float
@@ -163,6 +164,7 @@ def test_what_was_lost_before_is_not_looked_for_after_an_undo_until_somebody_ask
     assert Health.RELOCALISING in [localizer.add(r).health for r in onward]
 
 
+@pytest.mark.slow
 def test_wrong_hints_on_a_good_pose_change_no_estimate(hall: PreparedMap) -> None:
     start = Pose.planar(2.6, 1.6, 0.2)
     way = Drive(HALL, start, (0.6, 0.0, 0.0), (3.0, 0.4, 0.3), (3.0, 0.3, -0.5), seed=6)

@@ -339,6 +339,7 @@ def garbage(kind: int, now: int) -> Reading:
             return scan(now + 1, ranges=[])
 
 
+@pytest.mark.slow
 @given(
     thrown=st.lists(st.tuples(st.integers(5, 10_000), st.integers(0, 12)), min_size=1, max_size=40)
 )

@@ -233,6 +233,7 @@ def test_robot_that_saw_nothing_when_it_was_searched_for_is_searched_for_again(
     assert apart(drive.pose(estimate.stamp), estimate.map_from_base)[0] < 0.02
 
 
+@pytest.mark.slow
 def test_one_of_twin_rooms_is_not_believed_before_the_passage_is_seen() -> None:
     world = TWINS.prepared()
     start = Pose.planar(1.5, 2.0, np.pi / 2)

@@ -153,6 +153,7 @@ PILLARS = Place(
 """A corridor along x with a pillar every 40 cm: each looks like the next."""
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("x", [0.0, 0.1, 0.37])
 def test_place_that_is_known_is_accepted_where_others_in_its_window_look_like_it(x: float) -> None:
     true = Pose.planar(x, 0.0, 0.0)

@@ -61,6 +61,7 @@ def at_rest(request: pytest.FixtureRequest) -> tuple[InertialModel, np.ndarray]:
     return model, np.vstack([unit.readings(np.zeros((hour, 2, 3))) for _ in range(6)])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", [0, 1], ids=["gyro", "accelerometer"])
 def test_allan_deviation_gives_the_data_sheets_numbers_back(
     at_rest: tuple[InertialModel, np.ndarray], kind: int

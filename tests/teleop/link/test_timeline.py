@@ -214,6 +214,7 @@ figures = st.builds(
 )
 
 
+@pytest.mark.slow
 @given(
     periods=st.lists(figures, max_size=4),
     sent=st.lists(st.tuples(st.integers(0, 12 * SECOND), st.integers(0, 5000)), max_size=20),

@@ -49,6 +49,7 @@ def cloud(small: World) -> Cloud:
     return survey_from_stations(small)
 
 
+@pytest.mark.slow
 def test_points_lie_on_surfaces_with_normals_that_look_into_the_open(
     small: World, cloud: Cloud
 ) -> None:
@@ -82,12 +83,14 @@ def test_panes_leave_no_points_and_the_walls_around_them_do(cloud: Cloud) -> Non
     assert np.sum(beside & ~open_ & glazed) > 50
 
 
+@pytest.mark.slow
 def test_same_seed_gives_the_same_cloud(small: World, cloud: Cloud) -> None:
     again = survey_from_stations(small)
     assert np.array_equal(again.points, cloud.points)
     assert np.array_equal(again.normals, cloud.normals)
 
 
+@pytest.mark.slow
 def test_world_without_routes_is_surveyed_from_its_places(small: World) -> None:
     bare = replace(small, tour=(), survey=())
     points = survey_from_stations(bare).points

@@ -54,6 +54,7 @@ def imu(roll: float = 0.0, pitch: float = 0.0, **changes: Any) -> dict[str, Any]
     return message | changes
 
 
+@pytest.mark.slow
 @settings(max_examples=100)
 @given(targets=TARGETS)
 def test_position_rate_and_acceleration_keep_their_limits_for_any_target(targets: Any) -> None:
@@ -69,6 +70,7 @@ def test_position_rate_and_acceleration_keep_their_limits_for_any_target(targets
             assert np.abs(motion.position - moved - motion.rate * PERIOD).max() <= 1e-12
 
 
+@pytest.mark.slow
 @settings(max_examples=100)
 @given(targets=TARGETS)
 def test_it_is_level_and_at_rest_within_the_stated_time_from_any_state(targets: Any) -> None:
@@ -101,6 +103,7 @@ def test_legs_are_as_long_as_the_published_geometry_says_and_equal_when_level() 
     assert (risen > level).all()
 
 
+@pytest.mark.slow
 @settings(max_examples=25)
 @given(
     said=st.lists(

@@ -98,6 +98,7 @@ def _recorded(display: Display, tmp_path: Path) -> Path:
 # ---- a real drive
 
 
+@pytest.mark.slow
 def test_everything_of_a_real_drive_is_recorded(recording: Path) -> None:
     found = rows(recording)
     expected = [

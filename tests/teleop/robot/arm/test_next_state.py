@@ -73,6 +73,7 @@ def test_a_goal_keeps_away_further_than_a_motion_does() -> None:
     assert MARGIN + 0.002 <= clearance.distance(goal) < 0.009
 
 
+@pytest.mark.slow
 @settings(max_examples=20)
 @given(integers(0, 10_000))
 def test_whatever_is_wanted_the_arm_can_stop_without_touching_anything(seed: int) -> None:

@@ -41,6 +41,7 @@ def reach(rig: ArmRig, client: ArmClient, x: float, z: float) -> None:
     assert move(rig, client, pose=stamped)["outcome"] == "done"
 
 
+@pytest.mark.slow
 def test_parcel_is_picked_carried_and_put_down(office_cloud: Cloud) -> None:
     world = parse_world(ROOM + PARCEL, name="room", options=WorldOptions(arm="s2"))
     rig = ArmRig(StepRig(world, office_cloud))

@@ -215,6 +215,7 @@ ABSURD: tuple[dict[str, Any], ...] = (
 )
 
 
+@pytest.mark.slow
 @in_a_loop
 async def test_absurd_hints_do_no_harm(robots: Robots) -> None:
     async with robots() as rig, peer(rig.server.url) as client:

@@ -104,6 +104,7 @@ def test_robot_before_a_wall_backs_out_and_turns_away(room: World) -> None:
     assert all(record.guard.factor > 0.0 for record in turned[1:])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("slant", [0.12, 0.45])
 def test_robot_that_backs_along_a_slanting_wall_does_not_meet_it_where_it_is_blind(
     room: World, slant: float
@@ -117,6 +118,7 @@ def test_robot_that_backs_along_a_slanting_wall_does_not_meet_it_where_it_is_bli
     assert position(away[-1])[0] < position(records[-1])[0] - 0.3
 
 
+@pytest.mark.slow
 def test_leg_that_no_scanner_has_seen_is_met_once_and_then_remembered() -> None:
     drive = robot_in(room_with(LEG), 4.45, 4.0)  # it stands where the robot is blind
     met = hold(drive, -0.3, 0.0, 4.0)
@@ -200,6 +202,7 @@ def test_robot_that_came_forward_backs_out_at_full_speed_only_as_it_came(room: W
     assert "sees nothing" in bent.reason
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("world", "end"), [(NARROW, 6.0), (CORRIDOR, 8.0)], ids=["door", "corridor"]
 )

@@ -107,6 +107,7 @@ def test_last_commands_are_zero_and_the_robot_stands_whatever_a_client_still_wan
     assert last.control.reason == "the robot is shut down"
 
 
+@pytest.mark.slow
 def test_processes_that_are_gone_at_the_end_are_not_started_again(office: World) -> None:
     with Driving(office) as driving:
         driving.stop.set()

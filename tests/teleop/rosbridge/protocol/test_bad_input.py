@@ -257,6 +257,7 @@ frames = st.one_of(
 )
 
 
+@pytest.mark.slow
 @settings(max_examples=300)
 @given(st.lists(frames, max_size=5))
 def test_every_frame_is_answered_without_exception(garbage: list[str | bytes]) -> None:
@@ -269,6 +270,7 @@ def test_every_frame_is_answered_without_exception(garbage: list[str | bytes]) -
     assert wire.received(1) == []
 
 
+@pytest.mark.slow
 @settings(max_examples=300)
 @given(
     st.sampled_from(

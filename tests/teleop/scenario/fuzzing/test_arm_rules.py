@@ -63,6 +63,7 @@ CASES = [
 """Mutant, the rule that it breaks, and the session in which it does."""
 
 
+@pytest.mark.slow
 def test_second_arm_that_nobody_says_is_lost_breaks_a_rule(monkeypatch: pytest.MonkeyPatch) -> None:
     world = {"scene": "corridor", "arm": "s2", "scanner": "none", "board": "degree"}
     unplugged = {"kind": "board_unplugged", "at": 0.4, "lasting": 1}

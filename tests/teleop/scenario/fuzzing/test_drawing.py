@@ -22,6 +22,7 @@ def test_number_always_stands_for_the_same_session() -> None:
     assert draw_session(7) == draw_session(7)
 
 
+@pytest.mark.slow
 def test_most_numbers_stand_for_a_session_and_no_two_for_the_same() -> None:
     sessions = drawn(range(60))
     assert len(sessions) > 50

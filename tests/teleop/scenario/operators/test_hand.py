@@ -51,6 +51,7 @@ def test_hand_leads_the_tip_where_it_is_wanted_and_the_run_is_over() -> None:
     assert ArmMode.HAND in {arm.mode for arm in arms(found)}
 
 
+@pytest.mark.slow
 def test_hand_in_circles_moves_the_tip_in_circles() -> None:
     tasks = ({"kind": "move", "to": "ready"}, {"kind": "sweep", "radius": 0.04, "lasting": 5})
     moved = tips(done(*tasks, **QUIET))[-120:]

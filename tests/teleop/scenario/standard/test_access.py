@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import pytest
+
 from teleop.scenario.standard.access import RefereeAccess
 from tests.teleop.scenario.standard.support import Desk, pose
 
@@ -50,6 +52,7 @@ def assert_refused(desk: Desk, client: int) -> None:
     assert (desk.stepped.stamp, desk.simulation.truth().map_from_base.position.tobytes()) == before
 
 
+@pytest.mark.slow
 def test_client_without_token_controls_nothing_where_there_are_no_tokens(desk: Desk) -> None:
     client = desk.connect()
     assert_refused(desk, client)

@@ -41,6 +41,7 @@ def short(tmp_path_factory: pytest.TempPathFactory) -> Short:
     return folder, drive_tour(in_memory(TourOptions(duration=6.0)), folder)
 
 
+@pytest.mark.slow
 def test_run_leaves_its_files(short: Short) -> None:
     folder, driven = short
     assert {p.name for p in folder.iterdir()} == {*RUN_FILES} - {
@@ -174,6 +175,7 @@ def _interrupted_at(stamp: int, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(Robot, "tick", interrupted)
 
 
+@pytest.mark.slow
 def test_interrupted_run_keeps_what_it_had(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     _interrupted_at(2_000_000_000, monkeypatch)
     summary = drive_tour(in_memory(TourOptions()), tmp_path).summary
