@@ -141,6 +141,7 @@ def tracks(draw: st.DrawFn) -> tuple[np.ndarray, FloatArray, FloatArray]:
     return np.array(times), positions, rotations
 
 
+@pytest.mark.slow
 @given(track=tracks())
 def test_interpolation_passes_through_its_knots_and_is_clamped_to_its_ends(
     track: tuple[np.ndarray, FloatArray, FloatArray],

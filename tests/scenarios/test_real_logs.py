@@ -116,6 +116,7 @@ def test_real_log_is_held_against_its_corrected_scans_and_its_relations(
     assert score_real(drive, found).trusted > 0.2
 
 
+@pytest.mark.slow
 def test_command_prints_a_row_for_each_change_of_a_log(
     folder: Path,
     tmp_path: Path,

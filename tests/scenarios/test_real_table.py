@@ -154,6 +154,7 @@ def test_odometry_at_a_scan_is_that_of_its_stamp_or_between_its_neighbours() -> 
         odometry_at_scans([scan(15)])
 
 
+@pytest.mark.slow
 def test_command_writes_figures_and_tables_beside_each_other(
     folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, drive: RealDrive
 ) -> None:

@@ -99,6 +99,7 @@ def test_impossible_settings_are_refused_by_name(capsys: pytest.CaptureFixture[s
     assert "pose_error" in error_line(["sim", "--pose-error", "nan"], capsys)
 
 
+@pytest.mark.slow
 def test_hint_outside_the_map_is_rejected_and_the_run_continues(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -281,6 +281,7 @@ def test_heading_that_a_unit_does_not_know_is_that_of_its_gyro() -> None:
     assert state.position[2] != 0.0
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("oriented", [True, False])
 def test_covariance_covers_the_errors_that_were_assumed(oriented: bool) -> None:
     """Mean of the squared, normalised errors in the plane: 2 if consistent."""

@@ -65,6 +65,7 @@ def test_map_lies_on_the_walls(mapped: Cloud) -> None:
     assert mapped.name == "two rooms"
 
 
+@pytest.mark.slow
 def test_faces_of_a_thin_wall_stay_separate_and_face_the_scanner(
     mapped: Cloud,
 ) -> None:

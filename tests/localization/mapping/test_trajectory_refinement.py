@@ -53,6 +53,7 @@ def bent() -> FloatArray:
     return places
 
 
+@pytest.mark.slow
 def test_bent_drive_is_straightened_to_millimetres() -> None:
     before, truth = trajectory(bent()), trajectory(TRUE)
     after = refined_trajectory(steps(), before)
@@ -71,6 +72,7 @@ def test_first_pose_and_level_heights_stay() -> None:
     assert after.stamps.tolist() == before.stamps.tolist()
 
 
+@pytest.mark.slow
 def test_drifting_height_is_corrected_on_uneven_ground() -> None:
     wandering = [Pose.from_euler([x, y, 0.0], yaw=yaw) for x, y, yaw in TRUE.tolist()]
     height = 0.02 * np.sin(ANGLES)

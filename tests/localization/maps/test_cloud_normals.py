@@ -137,6 +137,7 @@ def test_normals_are_those_of_the_planes() -> None:
     assert np.percentile(np.rad2deg(np.arccos(np.clip(cosine, 0, 1))), 90) < 10.0
 
 
+@pytest.mark.slow
 def test_drive_beside_the_map_orients_its_normals(tmp_path: Path) -> None:
     """A facade that was only ever seen from the south, with no floor to stand on."""
     x, z = np.meshgrid(np.arange(0.0, 12.0, 0.08), np.arange(0.0, 4.0, 0.08))

@@ -164,6 +164,7 @@ def test_corridor_informs_about_everything_but_its_axis(
         assert match.information[0, 0] < 1e-9 * across
 
 
+@pytest.mark.slow
 @given(off=floats(-0.1, 0.1))
 @settings(max_examples=10)
 def test_prediction_along_a_corridor_is_kept(corridor: PreparedMap, off: float) -> None:

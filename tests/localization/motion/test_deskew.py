@@ -40,6 +40,7 @@ def at_rest(scans: Sequence[Scan]) -> OdometryTrack:
     return track
 
 
+@pytest.mark.slow
 @given(speed=floats(-0.8, 0.8), turn=floats(-2.4, 2.4), wait=st.integers(0, 20))
 @settings(max_examples=15)
 def test_points_seen_on_the_move_lie_on_the_walls(speed: float, turn: float, wait: int) -> None:

@@ -191,6 +191,7 @@ def test_late_hint_is_brought_forward_to_where_the_robot_has_driven(
     assert apart(estimate.map_from_base, drive.pose(estimate.stamp))[0] < 0.02
 
 
+@pytest.mark.slow
 def test_hint_is_answered_once_though_readings_come_late_while_it_is_looked_for(
     hall: PreparedMap, drive: Drive
 ) -> None:

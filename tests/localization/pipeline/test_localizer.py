@@ -91,6 +91,7 @@ def estimates(hall: PreparedMap, loop: Drive) -> list[Estimate]:
 # A whole story
 
 
+@pytest.mark.slow
 def test_robot_waits_is_hinted_at_and_tracked_to_centimetres(
     loop: Drive, estimates: list[Estimate]
 ) -> None:
@@ -225,6 +226,7 @@ def test_loss_has_reasons_in_words(kidnapped: list[Estimate]) -> None:
     assert any("explains" in reason for e in doubted for reason in e.reasons)
 
 
+@pytest.mark.slow
 def test_lost_robot_is_found_again_by_a_hint(hall: PreparedMap, kidnapped: list[Estimate]) -> None:
     true = Pose.planar(5.4, 3.6, -2.0)
     readings = Drive(HALL, true, (5.0, 0.0, 0.0), begin=SECOND).readings()

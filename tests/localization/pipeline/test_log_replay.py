@@ -76,6 +76,7 @@ def test_log_replays_to_the_same_bits(
     assert result.notes == ()
 
 
+@pytest.mark.slow
 def test_other_settings_give_other_bits(drive: list[Reading], hall_map: Path) -> None:
     """Or the test before would pass whatever a log says of its settings."""
     assert live(drive, hall_map, OTHER) != live(drive, hall_map, LocalizerConfig())

@@ -53,6 +53,7 @@ def yaw_ratios(localizer: Localizer, log: Sequence[Reading]) -> FloatArray:
     return np.array(found)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("degrees", "hint"), [(-22.0, 1), (12.0, 0), (12.0, 2)])
 def test_robot_that_turns_while_it_is_found_learns_no_wrong_yaw_ratio(
     grid: PreparedMap, degrees: float, hint: int

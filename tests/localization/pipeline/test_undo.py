@@ -140,6 +140,7 @@ def test_placement_can_be_taken_back_for_as_long_as_is_set(square: PreparedMap) 
     assert not undoable[-1]
 
 
+@pytest.mark.slow
 def test_what_was_lost_before_is_not_looked_for_after_an_undo_until_somebody_asks(
     square: PreparedMap,
 ) -> None:

@@ -165,6 +165,7 @@ def test_place_that_is_known_is_accepted_where_others_in_its_window_look_like_it
     assert apart(known.candidates[0].map_from_base, true)[0] < 0.03
 
 
+@pytest.mark.slow
 def test_corridor_leaves_open_what_a_known_place_left_open_and_not_its_window() -> None:
     true = Pose.planar(1.0, 0.2, 0.1)
     search = search_of(CORRIDOR.prepared())

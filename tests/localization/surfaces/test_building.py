@@ -160,6 +160,7 @@ def test_cloud_without_walls_gives_none(parts: list[tuple[FloatArray, FloatArray
     assert len(building.walls.top) <= 1
 
 
+@pytest.mark.slow
 @given(st.integers(0, 2**32 - 1))
 @settings(max_examples=30, deadline=None)
 def test_whatever_was_mapped_has_finite_surfaces(seed: int) -> None:
@@ -176,6 +177,7 @@ def test_whatever_was_mapped_has_finite_surfaces(seed: int) -> None:
         assert (faces.top > faces.bottom).all()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("scene", [p.name for p in sorted(Path("scenes").iterdir()) if p.is_dir()])
 def test_every_shipped_scene_has_walls(scene: str) -> None:
     assert len(building_of(load_scene_cloud(scene)).walls.start) > 4

@@ -179,6 +179,7 @@ def test_most_rooms_are_furnished_and_the_tour_sees_most_of_them(seeds: Sequence
     assert visited >= 0.9 * rooms
 
 
+@pytest.mark.slow
 def test_large_building_has_halls_cross_corridors_and_a_tour_of_bounded_length() -> None:
     building = generate(3, 2000.0)
     assert len(building.rooms) > 30

@@ -338,6 +338,7 @@ def test_start_is_where_most_floor_is_reached_though_a_yard_is_roomier(
     assert imported.reach.share > 0.95 * indoors * 0.05**2 / imported.reach.area
 
 
+@pytest.mark.slow
 def test_spawn_from_which_hardly_any_floor_is_reached_is_rejected_with_a_better_one(
     tmp_path: Path,
 ) -> None:

@@ -45,6 +45,7 @@ NARROW: dict[str, Any] = {"field_of_view": 1e-5, "resolution": 1e-7}
 """A hundred beams straight ahead."""
 
 
+@pytest.mark.slow
 def test_sigma_grows_with_the_depth_of_the_footprint() -> None:
     bench = EffectsBench(box_xml(0.0, -1.0, (40.0, 0.001, 2.0), "wall"))
     spreading = Spreading(gain=0.05)

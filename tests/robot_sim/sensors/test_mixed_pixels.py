@@ -83,6 +83,7 @@ def edge_ranges(gap: float, mixing: Mixing, count: int = 400) -> np.ndarray:
     return np.array([scan.ranges[edge] * np.cos(scan.angles[edge]) for scan in scans]).ravel()
 
 
+@pytest.mark.slow
 def test_edges_nearer_than_the_pulse_blend_as_often_as_configured() -> None:
     between = {}
     for blend in (0.0, 0.4, 0.8):

@@ -35,6 +35,7 @@ def measured(part: str) -> tuple[Row, ...]:
     return tuple(PARTS[part]())
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("part", PARTS)
 def test_robot_meets_every_row_on(part: str) -> None:
     rows = measured(part)

@@ -61,6 +61,7 @@ def test_a_sink_leads_somewhere() -> None:
         Sink(viewer="rerun+http://127.0.0.1:9876/proxy", spawn=True)
 
 
+@pytest.mark.slow
 def test_a_closed_recording_is_whole(recording: Path) -> None:
     assert _rrd("verify", recording)
 

@@ -91,6 +91,7 @@ async def test_search_of_a_placed_robot_is_a_check_that_leaves_its_pose(robots: 
         assert error(client) < 0.05
 
 
+@pytest.mark.slow
 @in_a_loop
 async def test_search_that_the_robot_began_by_itself_gives_way_to_a_requested_one(
     robots: Robots,

@@ -44,6 +44,7 @@ def test_tick_hands_hints_to_the_localiser_before_its_readings(robot: Robot) -> 
     assert first.map_from_base is hint.map_from_base
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("end", ["silence", "disconnect", "e-stop", "released deadman"])
 def test_robot_brakes_within_the_promised_distance_from_full_speed(robot: Robot, end: str) -> None:
     drive(robot, NEUTRAL, 1)

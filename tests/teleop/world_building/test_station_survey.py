@@ -63,6 +63,7 @@ def test_points_lie_on_surfaces_with_normals_that_look_into_the_open(
     assert np.mean(np.abs(error) > 0.05) < 0.01
 
 
+@pytest.mark.slow
 def test_both_rooms_have_floor_ceiling_and_both_faces_of_their_wall(cloud: Cloud) -> None:
     points, normals = cloud.points, cloud.normals
     for low, high in ((0.2, 2.8), (3.2, 5.8)):

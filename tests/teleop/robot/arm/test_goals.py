@@ -259,6 +259,7 @@ def test_way_out_leads_away_from_what_is_near(rig: ArmRig) -> None:
     assert rig.tick(10).clearance > near + 0.003
 
 
+@pytest.mark.slow
 def test_way_out_turns_a_wrist_over_that_is_at_its_limit(rig: ArmRig) -> None:
     client = rig.connect()
     lead = {"header": {"frame_id": "arm_base"}}

@@ -214,6 +214,7 @@ def test_a_hand_that_trembles_is_offered_to_turn_over_as_well() -> None:
     assert offered > 70
 
 
+@pytest.mark.slow
 @settings(max_examples=25)
 @given(integers(0, 10_000))
 def test_an_arm_with_a_straight_wrist_gets_out_or_is_offered_the_way(seed: int) -> None:

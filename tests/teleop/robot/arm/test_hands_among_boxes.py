@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import numpy as np
+import pytest
 
 from benchmarks.arm.boxes import boxes, free_poses, on_a_floor
 from benchmarks.arm.campaign import Tally, episode
 
 
+@pytest.mark.slow
 def test_no_hand_brings_the_arm_nearer_than_two_millimetres() -> None:
     clearance, tally = on_a_floor(), Tally()
     for seed in range(5):

@@ -109,6 +109,7 @@ async def test_each_topic_comes_with_the_stamps_at_which_frames_are_due(office: 
         assert list(info["k"]) == list(SMALL.k)
 
 
+@pytest.mark.slow
 @in_a_loop
 async def test_two_runs_give_the_same_bytes(office: World) -> None:
     seen = []

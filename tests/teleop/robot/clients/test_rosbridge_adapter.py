@@ -97,6 +97,7 @@ async def test_only_the_newest_joy_of_a_burst_counts(robots: Robots) -> None:
 # The lease
 
 
+@pytest.mark.slow
 @in_a_loop
 async def test_any_client_can_latch_the_estop(robots: Robots) -> None:
     async with meeting(robots(), 2) as (rig, (driver, bystander)):
@@ -190,6 +191,7 @@ def changed_hint(change: dict[str, Any]) -> dict[str, Any]:
     return message
 
 
+@pytest.mark.slow
 @in_a_loop
 async def test_invalid_hint_is_rejected_with_a_reason(robots: Robots) -> None:
     hints = [(changed_hint(change), complaint) for change, complaint in BAD_HINTS]

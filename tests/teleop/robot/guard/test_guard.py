@@ -54,6 +54,7 @@ def position(record: DriveRecord) -> np.ndarray:
     return place
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("speed", [0.1, 0.4, 0.7])
 @pytest.mark.parametrize("yaw", [0.0, 0.5])
 def test_robot_that_is_driven_at_a_wall_stops_short_of_it(
@@ -383,6 +384,7 @@ def test_guard_needs_nothing_from_beyond_the_link(room: World) -> None:
     assert not touched(records)
 
 
+@pytest.mark.slow
 def test_both_speeds_are_scaled_by_one_factor_whatever_is_asked() -> None:
     drive = robot_in(room_with(PILLAR), 3.0, 3.6)
     rng = np.random.default_rng(0)

@@ -6,6 +6,7 @@ from collections.abc import Iterator
 from dataclasses import replace
 
 import numpy as np
+import pytest
 
 from localization.pipeline.localizer import Localizer
 from localization.types import SECOND, Health, Hint, Inertial, Pose, Reading, Scan
@@ -36,6 +37,7 @@ def records() -> Iterator[DriveRecord]:
             sensed = []
 
 
+@pytest.mark.slow
 def test_overloaded_localiser_leaves_out_scans_and_stays_near_in_time_and_place() -> None:
     coming, backlog = list(records()), Backlog()
     estimation, clock, used = Estimation(Localizer(HALL.prepared(), MOUNTS)), 0, 0
@@ -79,6 +81,7 @@ def test_of_the_hints_of_a_client_that_wait_the_newest_counts_and_nothing_else_i
     assert [needed.sensed for _, needed, _ in taken] == [first.sensed, second.sensed]
 
 
+@pytest.mark.slow
 def test_localiser_that_gets_no_scans_for_too_long_says_that_it_cannot_keep_up() -> None:
     estimation, backlog, said = Estimation(Localizer(HALL.prepared(), MOUNTS)), Backlog(), []
     coming = list(records())

@@ -9,6 +9,7 @@ from robot_sim.robot.imperfections import MANDOW_2007
 from teleop.robot.serving.robot_options import RobotOptions
 
 
+@pytest.mark.slow
 def test_plain_outfit_is_the_plain_robot_in_the_plain_world() -> None:
     assert RobotOptions().simulation() == SimulationConfig()
     world = RobotOptions().world("office")

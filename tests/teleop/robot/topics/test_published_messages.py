@@ -51,6 +51,7 @@ def headers(message: object) -> list[dict[str, Any]]:
     return []
 
 
+@pytest.mark.slow
 @in_a_loop
 @pytest.mark.parametrize("compression", ["none", "cbor"])
 async def test_every_topic_has_the_rate_and_type_of_the_table(
@@ -87,6 +88,7 @@ def points_of(message: dict[str, Any]) -> np.ndarray[Any, np.dtype[np.float32]]:
     return np.frombuffer(raw, "<f4").reshape(-1, 5)
 
 
+@pytest.mark.slow
 @in_a_loop
 async def test_local_cloud_lies_on_the_map_while_driving(
     robots: Robots, office_cloud: Cloud

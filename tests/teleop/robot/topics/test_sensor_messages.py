@@ -127,6 +127,7 @@ def test_a_fall_is_an_error(office: World, ticks: list[TickRecord]) -> None:
     assert published(fallen, "/ground_truth/condition")["fallen"] is True
 
 
+@pytest.mark.slow
 def test_localiser_follows_wheels_that_come_ten_times_a_second(
     office: World, robot_of: RobotOf
 ) -> None:

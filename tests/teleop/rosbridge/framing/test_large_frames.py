@@ -63,6 +63,7 @@ def plain(value: Any) -> Any:
     return value
 
 
+@pytest.mark.slow
 @settings(max_examples=200)
 @given(typed_messages())
 def test_valid_messages_of_all_types_pass_the_schema(typed: tuple[MessageType, Any]) -> None:

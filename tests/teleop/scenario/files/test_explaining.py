@@ -74,6 +74,7 @@ def test_an_unknown_field_is_refused_with_a_similar_one() -> None:
         explanation("missions.goals")
 
 
+@pytest.mark.slow
 def test_every_name_that_is_suggested_can_be_explained() -> None:
     for name in field_names():
         assert explanation(name)

@@ -214,6 +214,7 @@ def _paths(value: object, path: tuple[str | int, ...] = ()) -> list[tuple[str | 
     return [p for k, v in members for p in ((*path, k), *_paths(v, (*path, k)))]
 
 
+@pytest.mark.slow
 @given(st.dictionaries(KEYS, VALUES, max_size=5))
 def test_every_field_of_any_document_has_the_line_on_which_it_stands(
     data: dict[str, object],

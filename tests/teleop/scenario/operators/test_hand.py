@@ -43,6 +43,7 @@ def tips(found: Run) -> FloatArray:
     return np.array([arm.tip.position for arm in arms(found)])
 
 
+@pytest.mark.slow
 def test_hand_leads_the_tip_where_it_is_wanted_and_the_run_is_over() -> None:
     to = [0.26, 0.05, 0.08]
     found = done({"kind": "move", "to": "ready"}, {"kind": "reach", "to": to}, **QUIET)
@@ -80,6 +81,7 @@ def test_joints_are_sent_as_they_are_and_refused_if_they_are_bad() -> None:
     assert found.session.referee.judged()[1]["arm_refused"] == 1
 
 
+@pytest.mark.slow
 def test_lost_track_is_sent_as_the_task_says() -> None:
     found = done({"kind": "lose", "by": [0.5, 0.0, 0.0], "drift": 0.1}, **QUIET)
     wishes = [m.wish for tick in found.ticks for m in tick.inbox if isinstance(m, ArmWish)]

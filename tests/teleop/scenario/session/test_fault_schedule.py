@@ -272,6 +272,7 @@ def test_estop_that_is_not_released_stays_to_the_end() -> None:
 # Times at the edges
 
 
+@pytest.mark.slow
 def test_fault_of_no_duration_begins_before_it_ends() -> None:
     done = run(scenario({"kind": "estop", "at": 0.3, "lasting": 0.0}), Forward())
     kinds = [type(m) for m in done.ticks[15].inbox if isinstance(m, EStop | EStopReset)]

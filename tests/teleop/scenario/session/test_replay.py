@@ -111,6 +111,7 @@ def test_run_with_faults_repeats_to_the_bit(tmp_path: Path, faults: str) -> None
     assert_repeats(tmp_path / "run", first, tmp_path / "again")
 
 
+@pytest.mark.slow
 def test_repeated_run_can_be_repeated(recorded: Path, tmp_path: Path) -> None:
     second = replay_run(recorded, tmp_path / "second")
     assert_repeats(tmp_path / "second", second, tmp_path / "third")
@@ -122,6 +123,7 @@ def test_repeated_run_says_where_it_is_kept(recorded: Path, tmp_path: Path) -> N
     assert replay_run(recorded, again).replay == f"farsteer scenario replay {again}"
 
 
+@pytest.mark.slow
 def test_progress_is_said_each_second(tmp_path: Path) -> None:
     said: list[tuple[float, str]] = []
     run_scenario(

@@ -5,6 +5,8 @@ from __future__ import annotations
 import math
 from pathlib import Path
 
+import pytest
+
 from teleop.scenario.operators.building import operator_of
 from teleop.scenario.session.run import replay_run, run_scenario
 from tests.teleop.scenario.session.support import Listener, run, scenario
@@ -23,6 +25,7 @@ def test_second_arm_follows_and_its_error_is_that_of_servos() -> None:
     assert {m["state"] for _, m in listener.heard} <= {"following", "behind"}
 
 
+@pytest.mark.slow
 def test_unplugged_it_is_lost_and_the_run_repeats_with_its_error(tmp_path: Path) -> None:
     fault = {"kind": "board_unplugged", "at": 0.5, "lasting": 1}
     chosen = scenario(fault, world=WORLD, operator=HAND, time=5.0, limits={"mirror_error": 1.5})

@@ -185,6 +185,7 @@ def test_truth_is_neither_advertised_nor_published_even_if_a_client_advertises_i
     assert cheat.heard == other.heard == []
 
 
+@pytest.mark.slow
 def test_client_that_may_see_the_truth_gets_it() -> None:
     listener = Listener(**TRUTH)
     run(scenario(operator={"kind": "client", "truth": True}), listener, ticks=10)

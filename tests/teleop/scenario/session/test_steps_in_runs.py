@@ -73,6 +73,7 @@ def test_run_with_steps_repeats_to_the_bit_and_keeps_the_rules(tmp_path: Path) -
         assert (tmp_path / "again" / name).read_bytes() == (tmp_path / "run" / name).read_bytes()
 
 
+@pytest.mark.slow
 def test_run_keeps_what_was_commanded_and_driven_of_each_begun_step(tmp_path: Path) -> None:
     run_scenario(scenario(time=4.0), tmp_path / "run", operator=Stepping())
     with (tmp_path / "run/steps.csv").open(encoding="utf-8") as file:

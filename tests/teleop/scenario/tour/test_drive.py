@@ -59,6 +59,7 @@ def test_run_leaves_its_files(short: Short) -> None:
     ]
 
 
+@pytest.mark.slow
 def test_log_holds_every_reading_that_the_localiser_got(short: Short) -> None:
     kinds = [type(r) for r in read_log(short[0] / "readings.mcap")]
     assert kinds.count(Inertial) == kinds.count(WheelSpeeds) == 300
@@ -197,6 +198,7 @@ def test_nothing_stays_of_a_run_that_is_interrupted_before_its_first_tick(
     assert list(tmp_path.iterdir()) == []
 
 
+@pytest.mark.slow
 def test_unstable_physics_end_the_run_and_keep_its_files(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -52,6 +52,7 @@ def test_a_blackout_without_end_lets_nothing_through() -> None:
     assert sorted(after) == list(range(10))
 
 
+@pytest.mark.slow
 @given(
     delay=st.floats(0.0, 0.5),
     jitter=st.floats(0.0, 0.5),
