@@ -54,7 +54,7 @@ class JumpDetectionConfig:
 
 
 _COMPARED: Final = 360
-"""Largest number of points that are compared, evenly chosen: more cost time and decide nothing."""
+"""Largest number of points that are compared, evenly chosen, so that many beams cost no more time."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -44,6 +44,8 @@ _GATE = tuple(float(chi2.ppf(0.9999, k)) for k in range(1, 7))
 _LIFTED = 0.15
 """A robot on wheels that was so near to the height of the ground does not leave it by more [m]: a kerb, and the noise of
 the ground's cells on a slope."""
+_LIFTED_AT_ONCE = 0.05
+"""By so much at once [m]: up a ramp that the map does not show a robot climbs by millimetres from sweep to sweep."""
 _UNEXPLAINED = "the map does not explain the sweep"
 """Why a sweep is rejected that fits nowhere near; replaced by what exactly is unexplained."""
 _SAMPLING = 0.02
@@ -389,8 +391,8 @@ def _refusal(match: Match, nis: float, predicted: Pose, r: Resources) -> str | N
     if nis > _GATE[k - 1]:
         return f"the sweep fits the map where the robot cannot be (NIS {nis:.0f} of {_GATE[k - 1]:.0f})"
     # Of people around the robot a level scanner sees legs, which all fit the floor from far enough below it.
-    height = _above_ground(match.map_from_base, r)
-    if abs(height) > _LIFTED >= abs(_above_ground(predicted, r)):
+    height, before = (_above_ground(pose, r) for pose in (match.map_from_base, predicted))
+    if abs(height) > _LIFTED >= abs(before) and abs(height - before) > _LIFTED_AT_ONCE:
         side = "above" if height > 0.0 else "below"
         return f"the sweep fits the map where the robot cannot be ({abs(height):.2f} m {side} the ground)"
     return None

@@ -32,14 +32,14 @@ def legs(count: int = 20, away: float = 0.9) -> Place:
     return Place(faces)
 
 
-def after_sweep(world: PreparedMap, place: Place, believed: Pose) -> State:
-    """The state after a sweep at ``HERE``, of a robot whose height is believed to be known to a decimetre."""
+def after_sweep(world: PreparedMap, place: Place, believed: Pose, true: Pose = HERE) -> State:
+    """The state after a sweep at a pose, of a robot whose height is believed to be known to a decimetre."""
     config = LocalizerConfig(kiss_odometry=False)
     state = State.initial(MOUNTS, config)
     filter_ = widen(replace(state.filter, pose=believed), 0.05, 0.05, 0.1, np.deg2rad(2.0))
     last = LastSweep(map_from_base=believed)
     state = state._replace(filter=mark(filter_), placed=True, last=last)
-    sweep = place.sweep(HERE, noise=0.01, stamp=SECOND // 10)
+    sweep = place.sweep(true, noise=0.01, stamp=SECOND // 10)
     resources = Resources(world, MOUNTS, config, stage=lambda _: nullcontext())
     after, _ = corrected_by_sweep(state, SweepRecord((), Pose.identity(), sweep), resources)
     return after
@@ -62,3 +62,10 @@ def test_without_a_mapped_floor_a_sweep_may_move_the_robot_up_or_down() -> None:
 def test_robot_believed_far_from_the_ground_is_brought_back_to_it_by_a_sweep() -> None:
     after = after_sweep(HALL.prepared(), HALL, HERE @ Pose.from_euler([0.0, 0.0, -0.25]))
     assert after.filter.pose.position[2] == pytest.approx(0.0, abs=0.02)
+
+
+def test_robot_climbs_a_ramp_that_the_map_does_not_show() -> None:
+    before, true = (HERE @ Pose.from_euler([0.0, 0.0, height]) for height in (0.147, 0.16))
+    after = after_sweep(HALL.prepared(), HALL, before, true)
+    assert after.filter.pose.position[2] == pytest.approx(0.16, abs=0.004)
+    assert not after.health.why
