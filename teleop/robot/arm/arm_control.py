@@ -77,7 +77,7 @@ class ArmControl:
         self.desk = GoalDesk()
         """The goals, and their results until the gateway has taken them."""
         self._stream: Stream | None = None
-        self._share, self._client = 1.0, ""
+        self._share, self._client, self._estop = 1.0, "", ""
         self._mode, self._reason = ArmMode.IDLE, "nobody moves the arm"
         self._step = HandStep(self._motion)
         self._offer: Finding = CLEAR
@@ -167,7 +167,7 @@ class ArmControl:
         """
         self.stopped = ""
         self._mind_goals(now, permit)
-        if self._stream is not None and not permit.engaged:
+        if permit.estop != self._estop or (self._stream is not None and not permit.engaged):
             self._let_go(permit)
         if any(self._load.giving_way):
             self._give_way()
@@ -266,8 +266,8 @@ class ArmControl:
             self._reason = words or "arrived"
 
     def _let_go(self, permit: Permit) -> None:
-        """Stop for an operator who has let go, or who was stopped."""
-        self._stream, self._client = None, ""
+        """Stop for an operator who has let go, or who was stopped; say so of an e-stop, moving or not."""
+        self._stream, self._client, self._estop = None, "", permit.estop
         self._gripper.let_go()
         self._mode = ArmMode.HELD if permit.stopped else ArmMode.IDLE
         self._reason = permit.reason

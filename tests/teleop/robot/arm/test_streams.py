@@ -83,6 +83,18 @@ def test_what_ends_the_lease_or_the_stream_stops_the_arm_and_holds_it(
     np.testing.assert_array_equal(later.wanted, state.wanted)
 
 
+def test_arm_that_stands_says_that_the_estop_is_latched_and_released(rig: ArmRig) -> None:
+    client, other = rig.connect(), rig.connect()
+    rig.hold(5, lambda: client.jog(arm_joint_1=0.4))
+    client.jog(arm_joint_1=0.0)
+    assert rig.tick(30).reason == "let go"
+    other.call("/teleop/estop")
+    state = rig.tick()
+    assert (state.mode, state.reason) == ("held", f"e-stop by {other.name}")
+    other.call("/teleop/estop_reset")
+    assert rig.tick().reason == f"e-stop reset by {other.name}"
+
+
 def test_arm_stops_within_the_bounds_of_its_motion(rig: ArmRig) -> None:
     client = rig.connect()
     rates = []
