@@ -21,8 +21,7 @@ from localization.geometry import FloatArray
 from localization.logs.carmen_lines import SCANNER
 from localization.logs.carmen_log import CarmenLog
 from localization.maps.prepared_map import PreparedMap
-from localization.matching.scan_consistency import BoolArray
-from localization.types import SECOND, Odometry, Pose, Reading, Scan
+from localization.types import SECOND, BoolArray, Odometry, Pose, Reading, Scan
 
 _NEAR = 0.02
 """A relation belongs to the scan whose printed time is nearest, within this [s]."""

@@ -13,9 +13,7 @@ import numpy.typing as npt
 
 from localization.geometry import FloatArray
 from localization.maps.cloud import Cloud, CloudError
-from localization.types import Pose
-
-BoolArray = npt.NDArray[np.bool_]
+from localization.types import BoolArray, Pose
 
 _REACH = 5
 """Half side of the window of free cells that determines a wall's normal [cells]."""

@@ -8,13 +8,11 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-import numpy.typing as npt
 
 from localization.geometry import FloatArray
 from localization.maps.grid_image import FREE, OCCUPIED, Borderline, ImageRule, read_cells
 from localization.maps.map_yaml import GridOrigin, OccupancyError, read_entries
-
-BoolArray = npt.NDArray[np.bool_]
+from localization.types import BoolArray
 
 
 @dataclass(frozen=True, slots=True, eq=False)

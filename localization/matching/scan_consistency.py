@@ -11,13 +11,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
 from localization.geometry import FloatArray
 from localization.maps.prepared_map import PreparedMap
-from localization.types import Pose, ScanConsistency, Sweep
-
-BoolArray = npt.NDArray[np.bool_]
+from localization.types import BoolArray, Pose, ScanConsistency, Sweep
 
 
 @dataclass(frozen=True, slots=True)

@@ -11,7 +11,6 @@ from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
-import numpy.typing as npt
 from scipy.spatial import cKDTree
 
 from localization.geometry import FloatArray
@@ -22,8 +21,7 @@ from localization.surfaces.faces import Faces, faces_of
 from localization.surfaces.floor import Floor, floor_of
 from localization.surfaces.level_tops import tops_of
 from localization.surfaces.wall_pieces import main_direction, pieces_of
-
-BoolArray = npt.NDArray[np.bool_]
+from localization.types import BoolArray
 
 HIGHEST: Final = 2.6
 """Height above the floor where surfaces end [m]: above any door, and below ceilings, which would hide the rooms."""

@@ -7,15 +7,13 @@ from dataclasses import dataclass, fields, replace
 from typing import Final
 
 import numpy as np
-import numpy.typing as npt
 from scipy.spatial import cKDTree
 
 from localization.geometry import FloatArray
 from localization.maps.ground_height import Ground
 from localization.surfaces.wall_pieces import Piece
 from localization.surfaces.wall_rectangles import rectangles_of
-
-BoolArray = npt.NDArray[np.bool_]
+from localization.types import BoolArray
 
 _THIN: Final = 0.05
 """Thickness given to what was seen from one side only [m]: less than that of walls, so nothing stands in the open."""

@@ -13,8 +13,7 @@ from scipy.sparse import csgraph
 from scipy.spatial import cKDTree
 
 from localization.geometry import FloatArray
-
-IntArray = npt.NDArray[np.int64]
+from localization.types import IntArray
 
 _COLUMN: Final = 0.05
 """Side of the columns to which upright points are gathered [m]: less than the thickness of a thin wall."""

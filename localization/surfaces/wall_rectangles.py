@@ -5,11 +5,9 @@ from __future__ import annotations
 from typing import Final
 
 import numpy as np
-import numpy.typing as npt
 
 from localization.geometry import FloatArray
-
-BoolArray = npt.NDArray[np.bool_]
+from localization.types import BoolArray
 
 _BIN: Final = 0.05
 """Side of the squares in which points of a piece are looked for [m]."""

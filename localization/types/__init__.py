@@ -6,6 +6,7 @@ are metres, angles radians. ``map_from_base`` maps coordinates in ``base_link`` 
 """
 
 from localization.types.arrays import (
+    BoolArray as BoolArray,
     IntArray as IntArray,
     InvalidReadingError as InvalidReadingError,
 )

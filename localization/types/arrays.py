@@ -11,6 +11,7 @@ import numpy.typing as npt
 from localization.errors import LocalizationError
 from localization.geometry import FloatArray
 
+BoolArray = npt.NDArray[np.bool_]
 IntArray = npt.NDArray[np.int64]
 
 
