@@ -13,7 +13,7 @@ from localization.mapping.wall_faces import edge_points, facing_classes, lost_fa
 from localization.maps.cloud import Cloud, CloudError
 from localization.maps.cloud_from_grid import WALL_BOTTOM, WALL_TOP
 from localization.maps.open3d_import import import_open3d
-from localization.types import IntArray, Pose, Sweep
+from localization.types import BoolArray, IntArray, Pose, Sweep
 
 
 @dataclass(frozen=True, slots=True)
@@ -131,10 +131,7 @@ class CloudBuilder:
         for k in np.unique(facing).tolist():
             own = np.flatnonzero(facing == k)
             part, seen = points[own], views[own]
-            normals, spread, kept = self._fitted(part, seen)
-            flat = spread[:, 0] < self.config.most_curved * spread.sum(axis=1)
-            # Points on a line have no normal: it could have any direction around the line.
-            flat &= spread[:, 1] > 0.05 * spread[:, 2]
+            normals, flat, kept = self._fitted(part, seen)
             toward = np.einsum("ij,ij->i", normals, seen[kept])
             normals[toward < 0.0] *= -1.0
             found.append((part[kept][flat], normals[flat]))
@@ -147,8 +144,11 @@ class CloudBuilder:
 
     def _fitted(
         self, points: FloatArray, views: FloatArray, wider: float = 1.0
-    ) -> tuple[FloatArray, FloatArray, IntArray]:
-        """Return axes of least spread (M, 3) and spreads (M, 3), and the numbers (M,) of points with neighbours."""
+    ) -> tuple[FloatArray, BoolArray, IntArray]:
+        """Return normals (M, 3) of either sign, whether there is a plane (M,), and the numbers (M,) of points.
+
+        Points without neighbours are left out.
+        """
         c, o3d = self.config, self._open3d
         cloud, kept = self._cloud(points, views).remove_radius_outlier(
             nb_points=c.lonely, radius=c.plane_radius
@@ -157,10 +157,10 @@ class CloudBuilder:
             radius=wider * c.plane_radius, max_nn=round(wider**2 * c.plane_points)
         )
         if not len(kept):
-            return np.zeros((0, 3)), np.zeros((0, 3)), np.zeros(0, dtype=np.int64)
+            return np.zeros((0, 3)), np.zeros(0, dtype=bool), np.zeros(0, dtype=np.int64)
         cloud.estimate_covariances(near)
-        spread, axes = np.linalg.eigh(np.array(cloud.covariances))
-        return np.array(axes[:, :, 0]), spread, np.array(kept, dtype=np.int64)
+        normals, flat = _planes_of(np.array(cloud.covariances), views[kept], c.most_curved)
+        return normals, flat, np.array(kept, dtype=np.int64)
 
     def _thin(self, points: FloatArray, normals: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return points averaged per voxel, separately for each of the six main directions of normals.
@@ -173,6 +173,42 @@ class CloudBuilder:
         )
         order = np.lexsort(np.round(thinned / spacing).astype(int).T)
         return thinned[order], mean[order]
+
+
+_LEVEL = 0.1
+"""Sine of the greatest angle between level and nearly level: a robot pitches, and its scanner is mounted, by less."""
+
+
+def _planes_of(
+    covariances: FloatArray, views: FloatArray, most_curved: float
+) -> tuple[FloatArray, BoolArray]:
+    """Return the normals (M, 3) of either sign of neighbourhoods, and whether each is a plane (M,).
+
+    The normal is the axis of least spread. Points on a line have none: it could have any direction around the line.
+    But what a level scanner has met of a wall is a level line, as thin up and down as its noise is wide across, so
+    that the axis of least spread may be that of a floor, which no level beam meets. The wall through such a line
+    stands upright.
+
+    Args:
+        covariances: Covariances (M, 3, 3) of the points [m^2].
+        views: Directions (M, 3) from the points to the scanners that saw them.
+        most_curved: Greatest ratio of the spread across a plane to that in all directions.
+    """
+    spread, axes = np.linalg.eigh(covariances)
+    normals, along = axes[:, :, 0].copy(), axes[:, :, 2]
+    total = spread.sum(axis=1)
+    flat = (spread[:, 0] < most_curved * total) & (spread[:, 1] > 0.05 * spread[:, 2])
+    walls = np.column_stack([along[:, 1], -along[:, 0], np.zeros(len(along))])
+    walls /= np.maximum(np.linalg.norm(walls, axis=1, keepdims=True), 1e-9)
+    across = np.einsum("ni,nij,nj->n", walls, covariances, walls)
+    # As if the wall were as high as its line is long.
+    straight = across < most_curved * (across + 2.0 * spread[:, 2])
+    facing = np.abs(np.einsum("ij,ij->i", walls, views)) > _LEVEL
+    floor = (np.abs(views[:, 2]) < _LEVEL) & (np.abs(normals[:, 2]) > 0.5)
+    upright = floor & facing & (np.abs(along[:, 2]) < _LEVEL)
+    normals[upright] = walls[upright]
+    flat[floor] = (upright & straight)[floor]
+    return normals, flat
 
 
 _LAYERS = 7

@@ -6,7 +6,7 @@ used: a wrong place in it may fit well enough.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from enum import IntEnum
 from typing import Final
 
@@ -71,6 +71,8 @@ class JumpDetector:
     """Pose at the last sweep."""
     after_gap: bool = False
     """Whether the last sweep came after a gap."""
+    changed: bool = False
+    """Whether the last sweep does not follow from the one before."""
 
     def compared(self, sweep: Sweep, odom_from_base: Pose) -> tuple[JumpDetector, Change]:
         """Return the detector after a sweep, and how much of it does not follow from the last one.
@@ -85,21 +87,27 @@ class JumpDetector:
             return self, Change.NONE
         gap = self.seen is not None and sweep.stamp - self.stamp > c.max_gap
         after = JumpDetector(c, cKDTree(flat), sweep.stamp, odom_from_base, gap)
-        if self.seen is None:
-            return after, Change.NONE
-        step = self.odom_from_base.inverse() @ odom_from_base
+        change = self._change(after)
+        return (replace(after, changed=True) if change else after), change
+
+    def _change(self, after: JumpDetector) -> Change:
+        """Return how much of the next sweep does not follow from this one."""
+        c = self.config
+        if self.seen is None or after.seen is None:
+            return Change.NONE
+        step = self.odom_from_base.inverse() @ after.odom_from_base
         distance = float(np.hypot(*step.position[:2]))
-        if gap and distance > c.gap_distance:
-            return after, Change.UNKNOWN
+        if after.after_gap and distance > c.gap_distance:
+            return Change.UNKNOWN
         old = _overlap(after.seen, self.seen, c.match_distance)
         if old < c.min_overlap:
-            return after, Change.MOST
+            return Change.MOST
         slow = distance <= c.match_distance and abs(step.yaw) <= c.part_turn
-        if gap or not slow or not c.part_overlap:
-            return after, Change.NONE
+        if after.after_gap or not slow or not c.part_overlap:
+            return Change.NONE
         if old >= c.part_overlap:
             old = _overlap(self.seen, after.seen, c.match_distance)
-        return after, Change.PART if old < c.part_overlap else Change.NONE
+        return Change.PART if old < c.part_overlap else Change.NONE
 
 
 def _overlap(points: cKDTree, others: cKDTree, near: float) -> float:

@@ -108,14 +108,16 @@ def step(state: State, item: Input, r: Resources) -> tuple[State, Events]:
     state = _predicted(state, increment, r)
     state, record, events = _next_sweep(state, r)
     if record is not None:
-        blind = _drove_blind(state, record, r)
+        blind, before = _drove_blind(state, record, r), state.jump
         state, registration = corrected_by_sweep(state, record, r)
         state = _checked_for_jump(state, record, registration, r, blind=blind)
         if not record.reported:
             record.reported, event = True, _processed(state, record, registration, r.config)
             events += (event,)
         state, placed = _disambiguated(state, record, r)
-        state, events = _with_search_begun(state, record, r), events + placed
+        events += placed
+        if not _from_two_places(state, before, record):
+            state = _with_search_begun(state, record, r)
     state, found = _searched(state, r)
     return _with_certainty_checked(state), events + found
 
@@ -330,6 +332,25 @@ def _possible(state: State, placement: Placement, config: LocalizerConfig) -> bo
     off = difference(state.filter.pose, placement.map_from_base)[axes]
     spread = state.filter.covariance + np.diag(np.square(config.placement_sigma))
     return float(off @ np.linalg.solve(spread[np.ix_(axes, axes)], off)) <= _ELSEWHERE
+
+
+def _from_two_places(state: State, before: JumpDetector, record: SweepRecord) -> bool:
+    """Return whether the robot may have been carried, or was placed by hand, while the sweep was made.
+
+    Its first beams are of where the robot was, and a search that begins with it would find that place. The next
+    sweep will do.
+
+    Args:
+        state: with the sweep.
+        before: the jump detector without it.
+        record: the sweep.
+    """
+    began, ended = min(scan.stamp for scan in record.scans), record.sweep.stamp
+    waiting = state.search.search.waiting
+    if waiting is not None and began < waiting[0].stamp <= state.stamp:
+        return True
+    first_change = state.jump.changed and not before.changed
+    return first_change and ended - began >= began - before.stamp
 
 
 def _with_search_begun(state: State, record: SweepRecord, r: Resources) -> State:

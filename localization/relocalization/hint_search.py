@@ -21,6 +21,7 @@ from localization.relocalization.verification import (
     SETTLING_SIGMA,
     distinguishable,
     explain,
+    explain_estimate,
     outside_map,
     same_place,
     settled,
@@ -294,7 +295,7 @@ class HintSearch:
         best = candidates[0]
         if current is not None:
             then = current @ moved.inverse()
-            own = explain(task.sweep, self._world, then, self._registration)
+            own = explain_estimate(task.sweep, self._world, then, self._registration)
             if same_place(own.map_from_base, best.map_from_base, c):
                 return (
                     Verdict.KEPT,

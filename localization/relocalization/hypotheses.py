@@ -17,8 +17,14 @@ from localization.maps.prepared_map import PreparedMap
 from localization.matching.registration import RegistrationConfig
 from localization.matching.scan_consistency import BeamClassifier
 from localization.relocalization.search_config import SearchConfig
-from localization.relocalization.verification import HELD_OFF_SIGMA, same_place, settled
-from localization.types import Candidate, Pose, Sweep
+from localization.relocalization.verification import (
+    FIXED_SIGMA,
+    HELD_OFF_SIGMA,
+    SETTLING_SIGMA,
+    same_place,
+    settled,
+)
+from localization.types import Candidate, Match, Pose, Sweep
 
 
 @dataclass(frozen=True, slots=True)
@@ -175,17 +181,16 @@ class Hypotheses:
         way = float(np.hypot(moved.position[0], moved.position[1]))
         if way < config.step and abs(moved.yaw) < config.turn:
             return self, None
-        evaluated = []
-        for place in self.places:
+        evaluated: list[Hypothesis] = []
+        # Last, that which is the estimate: it must not take the place of another.
+        for place in sorted(self.places, key=lambda p: p.present):
             followed = place.map_from_base @ moved
             if place.present and present is not None:
                 followed = present
             seen, _, match = settled(sweep, world, followed, registration)
             if place.present:
-                # Places that a search found explain the most around them; so may this one.
-                wider, _, other = settled(sweep, world, followed, registration, HELD_OFF_SIGMA)
-                if wider.score > seen.score and same_place(wider.map_from_base, followed, search):
-                    seen, match = wider, other
+                others = [other.map_from_base for other in evaluated]
+                seen, match = _of_estimate(sweep, world, followed, registration, search, others)
             at = seen.map_from_base
             classes = beams.classify(sweep, at, match.distances)
             contradicts = 1.0 - seen.score - (classes.unmapped if classes is not None else 0.0)
@@ -225,6 +230,32 @@ class Hypotheses:
         if not all(_outdoes(best, p, search, config.standing_factor) for p in standing):
             return None
         return Candidate(best.map_from_base, best.score)
+
+
+def _of_estimate(
+    sweep: Sweep,
+    world: PreparedMap,
+    estimate: Pose,
+    registration: RegistrationConfig,
+    search: SearchConfig,
+    others: Sequence[Pose],
+) -> tuple[Candidate, Match]:
+    """Return what the estimate explains around where it is, and the match that did it.
+
+    Places that a search found explain the most around them, and so may this one; but what it would explain at one of
+    those, to which a sweep may pull it, does not speak for it.
+    """
+    found = []
+    for assumed in (SETTLING_SIGMA, HELD_OFF_SIGMA):
+        seen, _, match = settled(sweep, world, estimate, registration, assumed)
+        there = seen.map_from_base
+        taken = any(same_place(there, other, search) for other in others)
+        if same_place(there, estimate, search) and not taken:
+            found.append((seen, match))
+    if found:
+        return max(found, key=lambda one: one[0].score)
+    seen, _, match = settled(sweep, world, estimate, registration, FIXED_SIGMA)
+    return seen, match
 
 
 def _outdoes(

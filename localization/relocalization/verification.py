@@ -16,6 +16,10 @@ SETTLING_SIGMA = (0.05, 0.05, 0.03, 0.01, 0.01, 0.02)
 """Assumed error of a pose that only has to settle: x, y, z [m], roll, pitch, yaw [rad], one sigma."""
 HELD_OFF_SIGMA = (0.2, 0.2, 0.03, 0.01, 0.01, 0.1)
 """The same of an estimate that sweeps may have held off its place, as along the wrong side of a thin wall."""
+FIXED_SIGMA = (0.001,) * 6
+"""The same of an estimate that is judged where it is."""
+SETTLING_REACH = 3.0 * SETTLING_SIGMA[0]
+"""A pose that settles farther away than this [m] has settled at another place than it claims to be."""
 
 
 def same_place(a: Pose, b: Pose, config: SearchConfig) -> bool:
@@ -57,6 +61,20 @@ def explain(
     The pose's own tilt takes part: two planes of points hardly constrain pitch, and alone would allow any.
     """
     return settled(sweep, world, pose, registration)[0]
+
+
+def explain_estimate(
+    sweep: Sweep, world: PreparedMap, estimate: Pose, registration: RegistrationConfig
+) -> Candidate:
+    """Return what an estimate explains that settles within a few centimetres; where it does not, at the estimate itself.
+
+    A sweep may pull a pose by decimetres to the right place. What it explains there does not speak for the estimate.
+    """
+    seen = explain(sweep, world, estimate, registration)
+    moved = seen.map_from_base.position[:2] - estimate.position[:2]
+    if float(np.hypot(*moved)) < SETTLING_REACH:
+        return seen
+    return settled(sweep, world, estimate, registration, FIXED_SIGMA)[0]
 
 
 def settled(
