@@ -296,14 +296,11 @@ class HintSearch:
         if current is not None:
             then = current @ moved.inverse()
             own = explain_estimate(task.sweep, self._world, then, self._registration)
-            if same_place(own.map_from_base, best.map_from_base, c):
-                return (
-                    Verdict.KEPT,
-                    f"the estimate is the best pose there ({own.score:.0%} explained)",
-                )
             if own.score >= best.score - c.min_margin:
                 return Verdict.KEPT, (
-                    f"the estimate explains {own.score:.0%} of the sweep, the best pose near the hint "
+                    f"the estimate is the best pose there ({own.score:.0%} explained)"
+                    if same_place(own.map_from_base, best.map_from_base, c)
+                    else f"the estimate explains {own.score:.0%} of the sweep, the best pose near the hint "
                     f"{best.score:.0%}"
                 )
         if len(candidates) > 1 and not distinguishable(best.score, candidates[1].score, c):

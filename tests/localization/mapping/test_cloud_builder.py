@@ -13,7 +13,7 @@ from localization.mapping.wall_faces import lost_faces_warning
 from localization.maps.cloud import Cloud, CloudError
 from localization.maps.prepared_map import prepare
 from localization.matching.registration import register
-from localization.types import Pose
+from localization.types import Pose, Sweep
 from tests.support_rooms import HALL, Place, box
 
 pytest.importorskip("open3d", reason="building maps needs Open3D")
@@ -63,6 +63,22 @@ def test_map_lies_on_the_walls(mapped: Cloud) -> None:
     assert np.median(nearest) < 0.01
     assert np.quantile(nearest, 0.99) < 0.03
     assert mapped.name == "two rooms"
+
+
+def test_walls_that_only_a_level_scanner_met_stand_upright() -> None:
+    """Its line on a wall is thinner up and down than its noise is wide, as that on a floor would be."""
+    builder = CloudBuilder()
+    for i in range(40):
+        pose = Pose.planar(3.0 + 0.05 * i, 2.0 + 0.01 * i, 0.2 * i)
+        sweep = HALL.sweep(pose, noise=0.012, seed=i)
+        level = sweep.horizontal
+        builder.add(Sweep(0, sweep.points[level], sweep.origins[level], level[level]), pose)
+    built = builder.build("hall")
+    walls = [face for face in HALL.faces if face.axis != 2]
+    on_one = sum(np.abs(built.points[:, face.axis] - face.at) < 0.03 for face in walls) == 1
+    assert np.count_nonzero(on_one) > 120
+    np.testing.assert_allclose(built.normals[:, 2], 0.0, atol=1e-6)
+    assert np.quantile(np.abs(built.normals[on_one, :2]).max(axis=1), 0.1) > 0.95
 
 
 @pytest.mark.slow

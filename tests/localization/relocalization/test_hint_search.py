@@ -203,9 +203,12 @@ def test_estimate_that_explains_as_much_is_kept_against_another_place(square: Pr
     assert "the best pose near the hint" in found.reason
 
 
-def test_wrong_estimate_gives_way_to_the_hint(search: DrivenSearch) -> None:
+@pytest.mark.parametrize(
+    "wrong", [Pose.planar(2.0, 3.5, -2.0), Pose.planar(4.25, 2.62, 0.4)], ids=["far", "near"]
+)
+def test_wrong_estimate_gives_way_to_the_hint(search: DrivenSearch, wrong: Pose) -> None:
+    """Also one from which the sweep would lead to the right place, for it is not there yet."""
     true = Pose.planar(4.0, 2.5, 0.4)
-    wrong = Pose.planar(2.0, 3.5, -2.0)
     found = settle(search, a_hint(true), HALL, true, current=wrong)
     assert found.verdict is Verdict.ACCEPTED
     assert same_place(found.candidates[0].map_from_base, true, SearchConfig())

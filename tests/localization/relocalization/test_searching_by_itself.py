@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -33,6 +33,7 @@ from localization.types import (
     Reading,
     Scan,
     Verdict,
+    end_of,
 )
 from tests.support_rooms import HALL, MOUNTS, SQUARE, Drive, apart
 
@@ -174,6 +175,60 @@ def test_carried_robot_that_stands_is_not_placed_anew_and_finds_itself_within_a_
     assert apart(last.map_from_base, after.pose(last.stamp - begin))[0] < 0.02
 
 
+def carried_within_a_sweep(before: Drive, after: Drive, share: float) -> Iterator[Reading]:
+    """Two drives as one; a share of the first sweep after the carry is of the place where the robot was."""
+    mixed = set[str]()
+    for reading in kidnapped(before.readings(), after.readings()):
+        if (
+            isinstance(reading, Scan)
+            and reading.stamp >= before.end
+            and reading.scanner not in mixed
+        ):
+            mixed.add(reading.scanner)
+            old = before.scan(reading.scanner, before.end).ranges
+            count = int(share * len(old))
+            reading = replace(reading, ranges=np.append(old[:count], reading.ranges[count:]))
+        yield reading
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("way", [0.45, -1.2])
+@pytest.mark.parametrize("share", [0.0, 0.8], ids=["between sweeps", "late in a sweep"])
+def test_robot_that_is_carried_a_little_while_it_drives_is_right_again_within_a_metre(
+    hall: PreparedMap, way: float, share: float
+) -> None:
+    before = Drive(HALL, START, (3.0, 0.3, 0.2), noise=0.012, seed=4)
+    there = before.pose(before.end) @ Pose.planar(way, 0.0, 0.0)
+    after = Drive(HALL, there, (6.0, 0.4, 0.3), noise=0.012, seed=5)
+    readings = carried_within_a_sweep(before, after, share)
+    estimates = run(Localizer(hall, MOUNTS), [Hint(0, START, EXACT), *readings])
+    begin, wrong = before.end + SECOND // 50, before.end
+    for e in estimates:
+        if e.stamp <= begin:
+            continue
+        assert e.map_from_base is not None
+        if apart(e.map_from_base, after.pose(e.stamp - begin))[0] > 0.05:
+            wrong = e.stamp
+            believed = e.health in (Health.TRACKING, Health.DEGRADED)
+            assert not believed or e.stamp < begin + 0.3 * SECOND
+    assert np.hypot(*(after.pose(wrong - begin).position - there.position)[:2]) < 1.3
+
+
+def test_hint_is_searched_for_with_a_sweep_that_began_after_it(hall: PreparedMap) -> None:
+    """Whoever carries a robot and says where it is now would have that refused by what was seen before."""
+    before = Drive(HALL, START, (3.0, 0.3, 0.2), noise=0.012, seed=4)
+    there = before.pose(before.end) @ Pose.planar(-1.2, 0.0, 0.0)
+    after = Drive(HALL, there, (1.0, 0.4, 0.3), noise=0.012, seed=5)
+    readings = list(carried_within_a_sweep(before, after, 0.9))
+    at = next(k for k, r in enumerate(readings) if end_of(r) > before.end + SECOND // 20)
+    hint = Hint(end_of(readings[at]), there, EXACT)
+    given = [Hint(0, START, EXACT), *readings[:at], hint, *readings[at:]]
+    estimates = run(Localizer(hall, MOUNTS), given)
+    (verdict,) = [e.verdict for e in estimates if e.verdict and e.verdict.hint is hint]
+    assert verdict.verdict is Verdict.ACCEPTED
+    assert apart(verdict.candidates[0].map_from_base, there)[0] < 0.2
+
+
 def test_late_scan_does_not_change_what_a_search_finds(hall: PreparedMap) -> None:
     drive = Drive(HALL, START, (2.0, 0.0, 0.0), noise=0.012, seed=4)
     readings = list(drive.readings())
@@ -303,6 +358,29 @@ def test_estimate_that_is_held_off_its_place_is_compared_with_others_at_its_plac
     (stands,) = (p for p in places if p.present)
     assert stands.shares[-1] > 0.95
     assert apart(stands.map_from_base, NOW)[0] < 0.02
+
+
+def test_estimate_is_not_defended_by_what_it_would_explain_at_a_place_that_a_search_found(
+    hall: PreparedMap,
+) -> None:
+    """A sweep pulls a pose by decimetres, to a place that is then another one's."""
+    off, search, config = Pose.planar(0.4, 0.0, 0.0), SearchConfig(), HypothesesConfig()
+    found = [Candidate(THERE, 1.0)]
+    places = Hypotheses.of(found, Pose.identity(), config, search, present=THERE @ off)
+    left, _ = places.compared(
+        HALL.sweep(NOW, stamp=SECOND),
+        Pose.planar(0.4, 0.0, 0.1),
+        hall,
+        BeamClassifier(hall),
+        search,
+        config,
+        RegistrationConfig(),
+        present=NOW @ off,
+    )
+    best, *others = left.places
+    assert not best.present
+    assert apart(best.map_from_base, NOW)[0] < 0.02
+    assert all(p.present and p.shares[-1] < best.shares[-1] - 0.1 for p in others)
 
 
 @pytest.mark.parametrize("found", [[ELSEWHERE], [ELSEWHERE, Candidate(THERE, 1.0)]])
