@@ -1,8 +1,8 @@
 """The localiser beside its peers on the same readings, each figure with count, bounds and goal.
 
-Parts by name: nominal occluded furniture courtyard slips corridor consistency dropouts latency kidnap lost
-hints kidnapped recovery speed, and some that take long and go by name only: kidnapped-changed
-kidnapped-2000 alarms-1 to alarms-8.
+Parts by name: nominal occluded furniture courtyard slips corridor consistency dropouts latency kidnap carried-a-little
+lost hints kidnapped recovery speed, and some that take long and go by name only: kidnapped-changed kidnapped-2000
+alarms-1 to alarms-8.
 """
 
 from __future__ import annotations
@@ -29,6 +29,7 @@ from benchmarks.localization.drives import (
 from benchmarks.localization.faults import carried_away, dropouts, latency
 from benchmarks.localization.lost import lost
 from benchmarks.localization.recovery import recovery
+from benchmarks.localization.small_carries import carried_a_little
 from benchmarks.localization.trials import hints, kidnapped, kidnapped_changed, kidnapped_far
 
 PARTS: dict[str, Callable[[], Iterator[Figure]]] = {
@@ -42,6 +43,7 @@ PARTS: dict[str, Callable[[], Iterator[Figure]]] = {
     "dropouts": dropouts,
     "latency": latency,
     "kidnap": carried_away,
+    "carried-a-little": carried_a_little,
     "lost": lost,
     "hints": hints,
     "kidnapped": kidnapped,

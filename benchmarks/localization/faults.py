@@ -182,7 +182,11 @@ def carried_away() -> Iterator[Figure]:
 
 
 def carry(
-    drive: Recording, rng: np.random.Generator, *, after: int = AFTER
+    drive: Recording,
+    rng: np.random.Generator,
+    *,
+    after: int = AFTER,
+    reach: tuple[float, float] | None = None,
 ) -> tuple[Recording, int]:
     """Cut a drive and splice its pieces; return it, and the stamp from which it is elsewhere [ns].
 
@@ -190,14 +194,20 @@ def carry(
         drive: of which the pieces are.
         rng: draws when the robot is lifted, and where it is set down.
         after: how long the drive goes on then [ns].
+        reach: least and greatest distance over which it is carried [m]; else to anywhere that is another place.
     """
     last = max(drive.truth)
     while True:
         lifted = int(rng.integers(BEFORE + 2 * SECOND, last))
         down = int(rng.integers(2 * SECOND, last - after))
+        if reach is not None:
+            down = lifted + int(rng.integers(-6 * SECOND, 6 * SECOND))
         here, there = _at(drive, lifted), _at(drive, down)
         apart = float(np.hypot(*(here.position - there.position)[:2]))
-        if apart > 1.0 or abs(wrap_angle(here.yaw - there.yaw)) > np.deg2rad(30.0):
+        if reach is not None:
+            if reach[0] < apart < reach[1] and down < last - after:
+                break
+        elif apart > 1.0 or abs(wrap_angle(here.yaw - there.yaw)) > np.deg2rad(30.0):
             break
     before = [r for r in _between(drive, lifted - BEFORE, lifted) if not isinstance(r, Hint)]
     there_on = _between(drive, down, down + after)
