@@ -338,7 +338,7 @@ def _from_two_places(state: State, before: JumpDetector, record: SweepRecord) ->
     """Return whether the robot may have been carried, or was placed by hand, while the sweep was made.
 
     Its first beams are of where the robot was, and a search that begins with it would find that place. The next
-    sweep will do.
+    sweep will do. Of scanners that pause for longer than they turn, a sweep is hardly ever of two places.
 
     Args:
         state: with the sweep.
