@@ -215,7 +215,7 @@ def test_robot_that_is_carried_a_little_while_it_drives_is_right_again_within_a_
 
 
 def test_hint_is_searched_for_with_a_sweep_that_began_after_it(hall: PreparedMap) -> None:
-    """Whoever carries a robot and says where it is now would have that refused by what was seen before."""
+    """A robot that was just carried by hand would have its true place refused for what it saw before."""
     before = Drive(HALL, START, (3.0, 0.3, 0.2), noise=0.012, seed=4)
     there = before.pose(before.end) @ Pose.planar(-1.2, 0.0, 0.0)
     after = Drive(HALL, there, (1.0, 0.4, 0.3), noise=0.012, seed=5)
