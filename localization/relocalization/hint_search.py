@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections import deque
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 
@@ -18,13 +19,14 @@ from localization.relocalization.search_config import SearchConfig
 from localization.relocalization.search_window import Window, window_of
 from localization.relocalization.search_work import ResumableSearch
 from localization.relocalization.verification import (
+    SETTLING_REACH,
     SETTLING_SIGMA,
     distinguishable,
     explain,
-    explain_estimate,
     outside_map,
     same_place,
     settled,
+    settled_estimate,
     standing,
     unseen_within,
 )
@@ -295,7 +297,9 @@ class HintSearch:
         best = candidates[0]
         if current is not None:
             then = current @ moved.inverse()
-            own = explain_estimate(task.sweep, self._world, then, self._registration)
+            own, _ = settled_estimate(
+                task.sweep, self._world, then, self._registration, partial(_settled_there, then)
+            )
             if own.score >= best.score - c.min_margin:
                 return Verdict.KEPT, (
                     f"the estimate is the best pose there ({own.score:.0%} explained)"
@@ -309,6 +313,11 @@ class HintSearch:
                 "a narrower hint would distinguish them"
             )
         return Verdict.ACCEPTED, f"explains {best.score:.0%} of the sweep"
+
+
+def _settled_there(claimed: Pose, settled_at: Pose) -> bool:
+    """Return whether a pose settled where it claims to be."""
+    return bool(np.hypot(*(settled_at.position - claimed.position)[:2]) < SETTLING_REACH)
 
 
 def _claimed_window(task: SearchTask, config: SearchConfig) -> Window | None:

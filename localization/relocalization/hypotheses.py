@@ -10,6 +10,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
+from functools import partial
 
 import numpy as np
 
@@ -18,13 +19,13 @@ from localization.matching.registration import RegistrationConfig
 from localization.matching.scan_consistency import BeamClassifier
 from localization.relocalization.search_config import SearchConfig
 from localization.relocalization.verification import (
-    FIXED_SIGMA,
     HELD_OFF_SIGMA,
     SETTLING_SIGMA,
     same_place,
     settled,
+    settled_estimate,
 )
-from localization.types import Candidate, Match, Pose, Sweep
+from localization.types import Candidate, Pose, Sweep
 
 
 @dataclass(frozen=True, slots=True)
@@ -187,10 +188,13 @@ class Hypotheses:
             followed = place.map_from_base @ moved
             if place.present and present is not None:
                 followed = present
-            seen, _, match = settled(sweep, world, followed, registration)
             if place.present:
-                others = [other.map_from_base for other in evaluated]
-                seen, match = _of_estimate(sweep, world, followed, registration, search, others)
+                # Places that a search found explain the most around them, and so may this one, but not at theirs.
+                own = partial(_own_place, followed, [p.map_from_base for p in evaluated], search)
+                errors = (SETTLING_SIGMA, HELD_OFF_SIGMA)
+                seen, match = settled_estimate(sweep, world, followed, registration, own, errors)
+            else:
+                seen, _, match = settled(sweep, world, followed, registration)
             at = seen.map_from_base
             classes = beams.classify(sweep, at, match.distances)
             contradicts = 1.0 - seen.score - (classes.unmapped if classes is not None else 0.0)
@@ -232,30 +236,12 @@ class Hypotheses:
         return Candidate(best.map_from_base, best.score)
 
 
-def _of_estimate(
-    sweep: Sweep,
-    world: PreparedMap,
-    estimate: Pose,
-    registration: RegistrationConfig,
-    search: SearchConfig,
-    others: Sequence[Pose],
-) -> tuple[Candidate, Match]:
-    """Return what the estimate explains around where it is, and the match that did it.
-
-    Places that a search found explain the most around them, and so may this one; but what it would explain at one of
-    those, to which a sweep may pull it, does not speak for it.
-    """
-    found = []
-    for assumed in (SETTLING_SIGMA, HELD_OFF_SIGMA):
-        seen, _, match = settled(sweep, world, estimate, registration, assumed)
-        there = seen.map_from_base
-        taken = any(same_place(there, other, search) for other in others)
-        if same_place(there, estimate, search) and not taken:
-            found.append((seen, match))
-    if found:
-        return max(found, key=lambda one: one[0].score)
-    seen, _, match = settled(sweep, world, estimate, registration, FIXED_SIGMA)
-    return seen, match
+def _own_place(
+    estimate: Pose, others: Sequence[Pose], search: SearchConfig, settled_at: Pose
+) -> bool:
+    """Return whether a pose is at the estimate's place, and at none of the others."""
+    taken = any(same_place(settled_at, other, search) for other in others)
+    return same_place(settled_at, estimate, search) and not taken
 
 
 def _outdoes(

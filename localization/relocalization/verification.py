@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
+
 import numpy as np
 
 from localization.filter.pose_error import difference
@@ -63,20 +65,6 @@ def explain(
     return settled(sweep, world, pose, registration)[0]
 
 
-def explain_estimate(
-    sweep: Sweep, world: PreparedMap, estimate: Pose, registration: RegistrationConfig
-) -> Candidate:
-    """Return what an estimate explains that settles within a few centimetres; where it does not, at the estimate itself.
-
-    A sweep may pull a pose by decimetres to the right place. What it explains there does not speak for the estimate.
-    """
-    seen = explain(sweep, world, estimate, registration)
-    moved = seen.map_from_base.position[:2] - estimate.position[:2]
-    if float(np.hypot(*moved)) < SETTLING_REACH:
-        return seen
-    return settled(sweep, world, estimate, registration, FIXED_SIGMA)[0]
-
-
 def settled(
     sweep: Sweep,
     world: PreparedMap,
@@ -99,6 +87,35 @@ def settled(
     square, kernel2 = match.distances**2, registration.kernel**2
     closeness = float(np.nansum((kernel2 / (kernel2 + square)) ** 2)) / max(len(square), 1)
     return Candidate(at, match.inlier_ratio), closeness, match
+
+
+def settled_estimate(
+    sweep: Sweep,
+    world: PreparedMap,
+    estimate: Pose,
+    registration: RegistrationConfig,
+    own: Callable[[Pose], bool],
+    assumed: Sequence[tuple[float, ...]] = (SETTLING_SIGMA,),
+) -> tuple[Candidate, Match]:
+    """Return what an estimate explains at its best around where it is, and the match that did it.
+
+    A sweep may pull a pose by decimetres, to the right place. What it explains there does not speak for the estimate,
+    which is then judged where it is.
+
+    Args:
+        sweep: the newest one.
+        world: the prepared map.
+        estimate: at the sweep's stamp.
+        registration: how a sweep is registered.
+        own: whether a pose is still the estimate's place.
+        assumed: errors of the estimate, each of which is tried.
+    """
+    tried = [settled(sweep, world, estimate, registration, sigma) for sigma in assumed]
+    found = [(seen, match) for seen, _, match in tried if own(seen.map_from_base)]
+    if found:
+        return max(found, key=lambda one: one[0].score)
+    seen, _, match = settled(sweep, world, estimate, registration, FIXED_SIGMA)
+    return seen, match
 
 
 def unseen_within(match: Match, window: Window) -> FloatArray | None:
