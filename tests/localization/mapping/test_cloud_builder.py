@@ -102,6 +102,21 @@ def test_normals_are_unit_and_point_into_the_room(mapped: Cloud) -> None:
     assert np.median(mapped.normals[west, 0]) > 0.98
 
 
+def test_slope_that_level_beams_meet_stays_ground_where_it_was_seen_from_above_too() -> None:
+    rng = np.random.default_rng(0)
+    x, y = rng.uniform(3.0, 5.0, 60_000), rng.uniform(-1.0, 1.0, 60_000)
+    slope = np.column_stack([x, y, 0.1 * x + rng.normal(0.0, 0.003, len(x))])
+    level = np.abs(slope[:, 2] - 0.4) < 0.01
+    origins = np.where(level[:, None], slope * [0.0, 1.0, 1.0], [0.0, 0.0, 1.5])
+    points, begins = np.concatenate([slope, slope]), np.concatenate([origins, slope + [0, 0, 1.5]])
+    builder = CloudBuilder()
+    builder.add(Sweep(0, points, begins, np.tile(level, 2)), Pose.identity())
+    built = builder.build("slope")
+    np.testing.assert_array_less(0.95, built.normals[:, 2])
+    at_height = np.abs(built.points[:, 2] - 0.4) < 0.03
+    assert np.count_nonzero(at_height) > 100
+
+
 def test_points_are_thinned_to_the_spacing(mapped: Cloud) -> None:
     low, high = mapped.bounds
     area = 2.5 * (2 * 6 + 2 * 4 + 2 * 2.5)
