@@ -167,8 +167,11 @@ class ArmControl:
         """
         self.stopped = ""
         self._mind_goals(now, permit)
-        if permit.estop != self._estop or (self._stream is not None and not permit.engaged):
+        if self._stream is not None and not permit.engaged:
             self._let_go(permit)
+        elif self._stream is None and permit.estop != self._estop:
+            self._mode, self._reason = ArmMode.HELD, permit.reason
+        self._estop = permit.estop
         if any(self._load.giving_way):
             self._give_way()
         elif self._stream is not None:
@@ -266,8 +269,8 @@ class ArmControl:
             self._reason = words or "arrived"
 
     def _let_go(self, permit: Permit) -> None:
-        """Stop for an operator who has let go, or who was stopped; say so of an e-stop, moving or not."""
-        self._stream, self._client, self._estop = None, "", permit.estop
+        """Stop for an operator who has let go, or who was stopped."""
+        self._stream, self._client = None, ""
         self._gripper.let_go()
         self._mode = ArmMode.HELD if permit.stopped else ArmMode.IDLE
         self._reason = permit.reason
