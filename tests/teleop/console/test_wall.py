@@ -17,7 +17,7 @@ from PIL import Image
 from playwright.async_api import Page
 
 from tests.teleop.console.conftest import Meets, Pages, Served, page_address
-from tests.teleop.console.hands import seen
+from tests.teleop.console.hands import seen, until
 from tests.teleop.console.test_camera_and_steps import robot_with_camera, streams
 from tests.teleop.support import PATIENCE, in_a_loop
 
@@ -44,13 +44,19 @@ async def test_pictures_of_three_screens_meet_to_the_pixel_and_keys_drive_nothin
         await asyncio.sleep(1.0)
         await page.keyboard.up("w")
         assert not any(tick.moves for tick in robot.ticks)
-        picture = np.asarray(Image.open(io.BytesIO(await page.screenshot())).convert("RGB"), float)
-        assert picture.std() > 10.0, "nothing is seen"
-        for edge in (400, 800):
-            differences = {shift: _difference(picture, edge, shift) for shift in range(-5, 6)}
-            assert min(differences, key=lambda shift: differences[shift]) == 0, differences
-            assert differences[0] < 2.0, differences
+        # On a loaded machine the building appears bit by bit, and a slanted line alone says nothing.
+        await until(lambda: _meet(page), "that the pictures meet at their edges")
         assert visit.errors == []
+
+
+async def _meet(page: Page) -> bool:
+    """Return whether something is seen, and the pictures differ least at their edges where none is moved."""
+    picture = np.asarray(Image.open(io.BytesIO(await page.screenshot())).convert("RGB"), float)
+    apart = [
+        {shift: _difference(picture, edge, shift) for shift in range(-5, 6)} for edge in (400, 800)
+    ]
+    fit = all(min(at, key=at.__getitem__) == 0 and at[0] < 2.0 for at in apart)
+    return picture.std() > 10.0 and fit
 
 
 def _difference(picture: np.ndarray, edge: int, shift: int) -> float:
