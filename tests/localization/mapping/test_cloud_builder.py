@@ -13,7 +13,7 @@ from localization.mapping.wall_faces import lost_faces_warning
 from localization.maps.cloud import Cloud, CloudError
 from localization.maps.prepared_map import prepare
 from localization.matching.registration import register
-from localization.types import Pose
+from localization.types import Pose, Sweep
 from tests.support_rooms import HALL, Place, box
 
 pytest.importorskip("open3d", reason="building maps needs Open3D")
@@ -65,6 +65,22 @@ def test_map_lies_on_the_walls(mapped: Cloud) -> None:
     assert mapped.name == "two rooms"
 
 
+def test_walls_that_only_a_level_scanner_met_stand_upright() -> None:
+    """Its line on a wall is thinner up and down than its noise is wide, as that on a floor would be."""
+    builder = CloudBuilder()
+    for i in range(40):
+        pose = Pose.planar(3.0 + 0.05 * i, 2.0 + 0.01 * i, 0.2 * i)
+        sweep = HALL.sweep(pose, noise=0.012, seed=i)
+        level = sweep.horizontal
+        builder.add(Sweep(0, sweep.points[level], sweep.origins[level], level[level]), pose)
+    built = builder.build("hall")
+    walls = [face for face in HALL.faces if face.axis != 2]
+    on_one = sum(np.abs(built.points[:, face.axis] - face.at) < 0.03 for face in walls) == 1
+    assert np.count_nonzero(on_one) > 120
+    np.testing.assert_allclose(built.normals[:, 2], 0.0, atol=1e-6)
+    assert np.quantile(np.abs(built.normals[on_one, :2]).max(axis=1), 0.1) > 0.95
+
+
 @pytest.mark.slow
 def test_faces_of_a_thin_wall_stay_separate_and_face_the_scanner(
     mapped: Cloud,
@@ -84,6 +100,21 @@ def test_normals_are_unit_and_point_into_the_room(mapped: Cloud) -> None:
     west &= (mapped.points[:, 1] > 0.2) & (mapped.points[:, 1] < 3.8)
     assert west.sum() > 100
     assert np.median(mapped.normals[west, 0]) > 0.98
+
+
+def test_slope_that_level_beams_meet_stays_ground_where_it_was_seen_from_above_too() -> None:
+    rng = np.random.default_rng(0)
+    x, y = rng.uniform(3.0, 5.0, 60_000), rng.uniform(-1.0, 1.0, 60_000)
+    slope = np.column_stack([x, y, 0.1 * x + rng.normal(0.0, 0.003, len(x))])
+    level = np.abs(slope[:, 2] - 0.4) < 0.01
+    origins = np.where(level[:, None], slope * [0.0, 1.0, 1.0], [0.0, 0.0, 1.5])
+    points, begins = np.concatenate([slope, slope]), np.concatenate([origins, slope + [0, 0, 1.5]])
+    builder = CloudBuilder()
+    builder.add(Sweep(0, points, begins, np.tile(level, 2)), Pose.identity())
+    built = builder.build("slope")
+    np.testing.assert_array_less(0.95, built.normals[:, 2])
+    at_height = np.abs(built.points[:, 2] - 0.4) < 0.03
+    assert np.count_nonzero(at_height) > 100
 
 
 def test_points_are_thinned_to_the_spacing(mapped: Cloud) -> None:
