@@ -1,8 +1,8 @@
 """The localiser beside its peers on the same readings, each figure with count, bounds and goal.
 
-Parts by name: nominal occluded furniture courtyard slips corridor consistency dropouts latency kidnap carried-a-little
-lost hints kidnapped recovery speed, and some that take long and go by name only: kidnapped-changed kidnapped-2000
-alarms-1 to alarms-8.
+Parts by name: nominal occluded furniture courtyard slips imperfect corridor consistency dropouts latency kidnap
+carried-a-little lost hints kidnapped recovery speed, and some that take long and go by name only: kidnapped-changed
+kidnapped-2000 alarms-1 to alarms-8.
 """
 
 from __future__ import annotations
@@ -21,6 +21,7 @@ from benchmarks.localization.drives import (
     courtyard,
     directions_named,
     furniture,
+    imperfect,
     nominal,
     occlusion,
     slips,
@@ -38,6 +39,7 @@ PARTS: dict[str, Callable[[], Iterator[Figure]]] = {
     "furniture": lambda: compare(furniture()),
     "courtyard": lambda: compare(courtyard()),
     "slips": lambda: compare(slips()),
+    "imperfect": lambda: compare(imperfect()),
     "corridor": lambda: compare(corridor(), directions_named),
     "consistency": consistency,
     "dropouts": dropouts,

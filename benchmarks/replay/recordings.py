@@ -11,7 +11,7 @@ from localization.maps.cloud import Cloud
 from localization.maps.map_files import load_cloud, save_cloud
 from localization.maps.prepared_map import PreparedMap, default_cache, prepare
 from localization.types import SECOND, Health, Pose, Reading
-from robot_sim import Simulation, World, WorldOptions, load_world
+from robot_sim import Simulation, SimulationConfig, SkidSteer, World, WorldOptions, load_world
 from robot_sim.building_generator import generate
 from robot_sim.floorplan.plan import Plan
 from robot_sim.worlds.from_floorplan import build_world
@@ -42,7 +42,9 @@ class Recording:
         return replace(self, name=name, readings=readings)
 
 
-def record(world: World, *, name: str, seed: int, seconds: float) -> Recording:
+def record(
+    world: World, *, name: str, seed: int, seconds: float, config: SimulationConfig | None = None
+) -> Recording:
     """Drive a world's tour by the truth, so that no method's errors steer what the others see.
 
     Args:
@@ -50,8 +52,9 @@ def record(world: World, *, name: str, seed: int, seconds: float) -> Recording:
         name: of the recording.
         seed: of noise, biases and the hint's error.
         seconds: how long [s], standing at the beginning included.
+        config: sensors and drive, if they are not the usual ones.
     """
-    simulation = Simulation(world, seed=seed)
+    simulation = Simulation(world, seed=seed, config=config)
     readings: list[Reading] = []
     truth: dict[int, Pose] = {}
     for tick in driving(simulation, world, truth, seed=seed):
@@ -104,7 +107,12 @@ def plan_of(scene: str) -> Plan:
 
 
 def world_of(
-    scene: str, *, rearranged: int | None = None, alive: bool = False, timing: int = 0
+    scene: str,
+    *,
+    rearranged: int | None = None,
+    alive: bool = False,
+    timing: int = 0,
+    robot: SkidSteer | None = None,
 ) -> World:
     """Build a scene or a generated building.
 
@@ -113,11 +121,12 @@ def world_of(
         rearranged: seed by which its furniture was moved since it was mapped, if it was.
         alive: whether people walk about in it.
         timing: seed of when they are where.
+        robot: which one, if it is not a P3-AT as built.
     """
     options = WorldOptions(rearranged=rearranged, alive=alive, timing=timing)
     if not scene.startswith("building-"):
-        return load_world(scene, options=options)
-    return build_world(plan_of(scene), options=options)
+        return load_world(scene, robot=robot, options=options)
+    return build_world(plan_of(scene), robot=robot, options=options)
 
 
 @cache

@@ -55,7 +55,7 @@ class RegistrationConfig:
     normal_noise: float = 0.04
     """The least angular noise of the map's normals, one sigma [rad], for the debiasing; what is measured on
     the map counts if it is more (see ``map_noise``). In a smooth map, points around which the normals differ by more, as
-    where a wall ends, count the less for whether a direction is observable."""
+    where a wall ends, count the less."""
     debias: float = 4.0
     """A direction is observable if its information exceeds this many times the spurious information of noisy
     normals: two sigma squared (after Hatleskog and Alexis, arXiv:2410.10784)."""
@@ -212,7 +212,7 @@ def register(
     least = _STEP_SHARE * config.sigma
     for _ in range(config.iterations):
         seen = _seen(sweep, world, pose, config, rough=rough)
-        weight = _weights(seen, kernel, config)
+        weight = _weights(seen, world, kernel, config)
         if not rough:
             weight *= _independent_share(weight, config)
         hessian, gradient = _normal_equations(seen, weight, config)
@@ -276,8 +276,14 @@ def _first_kernel(covariance: FloatArray, config: RegistrationConfig, *, rough: 
     return float(np.clip(off, config.kernel, config.kernel_wide))
 
 
-def _weights(seen: Residuals, kernel: float, config: RegistrationConfig) -> FloatArray:
-    """Return Geman-McClure weights (N,) over sigma^2, of independent points."""
+def _weights(
+    seen: Residuals, world: PreparedMap, kernel: float, config: RegistrationConfig
+) -> FloatArray:
+    """Return Geman-McClure weights (N,) over sigma^2, of independent points; in smooth maps by their normals too.
+
+    Where a wall ends, or meets a ceiling, the estimated normals belong to neither. Weights by inverse variance of the
+    normals keep a scanner that sees no more than that edge from being held, or pulled, by them alone.
+    """
     distance = np.where(seen.valid, seen.distance, np.inf)
     inside = np.abs(distance) < config.gate * kernel
     square = np.where(inside, distance, 0.0) ** 2
@@ -285,6 +291,9 @@ def _weights(seen: Residuals, kernel: float, config: RegistrationConfig) -> Floa
         square += config.tangential * seen.along**2
     # Geman-McClure: (k^2 / (k^2 + r^2))^2.
     weight: FloatArray = np.where(inside, (kernel**2 / (kernel**2 + square)) ** 2, 0.0)
+    if seen.along is None and len(world.spread):
+        spread = np.maximum(world.spread[seen.nearest], config.normal_noise)
+        weight *= (config.normal_noise / spread) ** 2
     return weight / config.sigma**2
 
 
@@ -314,16 +323,14 @@ def _conclude(
     sweep: Sweep, world: PreparedMap, pose: Pose, config: RegistrationConfig, *, rough: bool
 ) -> Match:
     seen = _seen(sweep, world, pose, config, rough=rough)
-    weight = _weights(seen, config.kernel, config)
+    weight = _weights(seen, world, config.kernel, config)
     weight *= _independent_share(weight, config)
     # What is held along a wall by its nearest points is where the sweep was put, no information.
     across = Residuals(seen.distance, seen.jacobian, seen.nearest)
     hessian, _ = _normal_equations(across, weight, config)
     # Noise s of a normal under a weight of 1/s^2 fakes as much as usual noise does under the whole weight.
     fake = _information_of_normal_noise(sweep, pose, weight, hessian, config.normal_noise)
-    even = weight if rough else _by_normals(weight, seen, world, config)
-    held, _ = _normal_equations(across, even, config)
-    directions = observable_directions(held, fake, config)
+    directions = observable_directions(hessian, fake, config)
     information, offset, ranges = np.zeros((6, 6)), np.zeros(6), None
     if len(directions):
         # Project on the observable directions W (rows, orthonormal in the scaled space).
@@ -381,21 +388,6 @@ def _range_fit(
         information=slopes.T @ weighted - (unscaled @ mixed).T @ moved,
         shift=-unscaled.T @ moved,
     )
-
-
-def _by_normals(
-    weight: FloatArray, seen: Residuals, world: PreparedMap, config: RegistrationConfig
-) -> FloatArray:
-    """Return the weights (N,) with which points decide what is observable: by inverse variance of their normals.
-
-    Where a wall ends, the estimated normals turn away from it, and a scanner that sees no more than that edge would
-    be held along the wall by them alone.
-    """
-    if not len(world.spread):
-        return weight
-    spread = np.maximum(world.spread[seen.nearest], config.normal_noise)
-    even: FloatArray = weight * (config.normal_noise / spread) ** 2
-    return even
 
 
 def share_explained(

@@ -1,4 +1,4 @@
-"""Where a wall ends, normals that were estimated from the points around say nothing about the way along the wall."""
+"""Where a wall ends, normals that were estimated from the points around say nothing about the pose."""
 
 from __future__ import annotations
 
@@ -61,6 +61,41 @@ def across(x: float) -> Sweep:
     points = np.vstack([np.column_stack([0 * ones, a, b]) for a, b in seen])
     points += 0.01 * np.random.default_rng(0).standard_normal(points.shape)
     return Sweep(0, points, np.tile([0.0, 0.0, 0.5], (len(points), 1)), np.zeros(len(points), bool))
+
+
+@pytest.fixture(scope="module")
+def under_a_lintel() -> PreparedMap:
+    """A corridor along x up to a lintel at x = 0; no normal was found for the last 6 cm of its ceiling."""
+    along, up = STEP * np.arange(-75.0, 1.0), STEP * np.arange(50.0)
+    over = STEP * np.arange(-25.0, 26.0)
+    lintel = face(over, STEP * np.arange(25.0, 50.0), (1, 2, 0), 0.0)
+    turned = np.deg2rad(45.0) * np.clip(1.0 - (up[-1] - lintel[:, 2]) / REACH, 0.0, 1.0)
+    parts = [
+        (face(along, up, (0, 2, 1), 1.0), [0.0, -1.0, 0.0]),
+        (face(along, up, (0, 2, 1), -1.0), [0.0, 1.0, 0.0]),
+        (face(along, over, (0, 1, 2), 0.0), [0.0, 0.0, 1.0]),
+        (face(along - 0.06, over, (0, 1, 2), 2.0), [0.0, 0.0, -1.0]),
+    ]
+    normals = [np.tile(normal, (len(points), 1)) for points, normal in parts]
+    normals.append(np.column_stack([-np.cos(turned), np.zeros_like(turned), -np.sin(turned)]))
+    points = np.vstack([*(points for points, _ in parts), lintel])
+    return prepare(Cloud(points, np.vstack(normals), name="lintel"))
+
+
+def test_scanner_that_sees_the_edge_of_a_lintel_is_not_pitched_by_it(
+    under_a_lintel: PreparedMap,
+) -> None:
+    """One strip of ceiling lies nearest to the lintel's edge: all of its points would be wrong alike."""
+    sweep = across(0.0)
+    points = np.vstack([sweep.points, sweep.points[:120] + [0.0, 0.0, 2.0]])
+    origins = np.tile([0.0, 0.0, 0.5], (len(points), 1))
+    whole = Sweep(0, points, origins, np.zeros(len(points), bool))
+    prior, sure = Pose.planar(-0.01, 0.0, 0.0), POOR.copy()
+    sure[0, 0] = 0.005**2
+    pitch = register(whole, under_a_lintel, prior, sure).map_from_base.euler[1]
+    assert abs(pitch) < np.deg2rad(0.1)
+    believed = replace(under_a_lintel, spread=np.zeros(0, dtype=np.float32))
+    assert abs(register(whole, believed, prior, sure).map_from_base.euler[1]) > np.deg2rad(0.3)
 
 
 def held_forward(match: Match) -> float:
