@@ -7,8 +7,9 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 
-from localization.geometry import FloatArray, so3_exp_many
+from localization.geometry import FloatArray
 from localization.logs.mcap_writer import ReadingsWriter
 from localization.maps.cloud import Cloud
 from localization.maps.prepared_map import PreparedMap, prepare
@@ -204,7 +205,7 @@ class Drive:
         position = np.stack([x + step * np.cos(middle), y + step * np.sin(middle), 0.0 * x], axis=1)
         turn = np.zeros((len(stamps), 3))
         turn[:, 2] = yaw + w * dt
-        return position, so3_exp_many(turn)
+        return position, Rotation.from_rotvec(turn).as_matrix()
 
     def pose(self, stamp: int) -> Pose:
         position, rotation = self.at(np.array([stamp], dtype=np.int64))

@@ -211,7 +211,7 @@ def register(
     kernel = _first_kernel(covariance, config, rough=rough)
     least = _STEP_SHARE * config.sigma
     for _ in range(config.iterations):
-        seen = _seen(sweep, world, pose, config, rough=rough)
+        at, seen = pose, _seen(sweep, world, pose, config, rough=rough)
         weight = _weights(seen, world, kernel, config)
         if not rough:
             weight *= _independent_share(weight, config)
@@ -221,12 +221,13 @@ def register(
         # One Gauss-Newton step of both terms; where a sweep sees one wall only, the prior makes it solvable.
         step = -np.asarray(np.linalg.solve(prior_information + hessian, pull), dtype=float)
         pose = Pose.from_rotation(pose.position + step[:3], pose.rotation @ so3_exp(step[3:]))
-        settled = kernel <= config.kernel and _size(step) < least
-        if settled:
-            break
+        if kernel <= config.kernel and _size(step) < least:
+            # Half a millimetre on, the points would be seen as they are here.
+            return _conclude(sweep, world, at, seen, config, rough=rough)
         # Wide first, so that points far off pull at all; narrow last, so that wrong ones do not.
         kernel = max(config.kernel, 0.6 * kernel)
-    return _conclude(sweep, world, pose, config, rough=rough)
+    seen = _seen(sweep, world, pose, config, rough=rough)
+    return _conclude(sweep, world, pose, seen, config, rough=rough)
 
 
 _STEP_SHARE = 0.025
@@ -320,9 +321,15 @@ def _size(step: FloatArray) -> float:
 
 
 def _conclude(
-    sweep: Sweep, world: PreparedMap, pose: Pose, config: RegistrationConfig, *, rough: bool
+    sweep: Sweep,
+    world: PreparedMap,
+    pose: Pose,
+    seen: Residuals,
+    config: RegistrationConfig,
+    *,
+    rough: bool,
 ) -> Match:
-    seen = _seen(sweep, world, pose, config, rough=rough)
+    """Return the match of a sweep that was seen at a pose."""
     weight = _weights(seen, world, config.kernel, config)
     weight *= _independent_share(weight, config)
     # What is held along a wall by its nearest points is where the sweep was put, no information.

@@ -86,7 +86,9 @@ class JumpDetector:
         if len(flat) < c.points:
             return self, Change.NONE
         gap = self.seen is not None and sweep.stamp - self.stamp > c.max_gap
-        after = JumpDetector(c, cKDTree(flat), sweep.stamp, odom_from_base, gap)
+        # A tree that is asked once pays for no balance.
+        tree = cKDTree(flat, balanced_tree=False, compact_nodes=False)
+        after = JumpDetector(c, tree, sweep.stamp, odom_from_base, gap)
         change = self._change(after)
         return (replace(after, changed=True) if change else after), change
 

@@ -26,7 +26,7 @@ def deskew(
 
     Beams without a return (infinite, NaN or out of the scanner's limits) carry no point.
     """
-    (position,), (rotation,) = track.at(np.array([stamp], dtype=np.int64))
+    position, rotation = track.moment(stamp)
     points, origins, horizontal = [], [], []
     for scan in scans:
         base_from_scanner = mounts[scan.scanner]

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from localization.geometry import FloatArray, apply_interpolated, interpolate_many
+from localization.geometry import FloatArray, interpolate_many
 from localization.types import SECOND, IntArray, Pose
 
 Knot = tuple[int, FloatArray, FloatArray]
@@ -39,18 +39,22 @@ class OdometryTrack:
     def near(self, stamp: int) -> tuple[FloatArray, FloatArray]:
         """Return position (3,) [m] and rotation (3, 3) at the last knot not after a stamp [ns].
 
-        Those of the first knot if there is none before; ``at`` interpolates, at ten times the cost.
+        Those of the first knot if there is none before; ``moment`` interpolates, at ten times the cost.
         """
-        found = self.knots[0]
-        for knot in reversed(self.knots):
-            if knot[0] <= stamp:
-                found = knot
-                break
-        return found[1], found[2]
+        _, position, rotation = self._last_before(stamp)
+        return position, rotation
 
-    def at(self, stamps: IntArray) -> tuple[FloatArray, FloatArray]:
-        """Return positions (N, 3) [m] and rotations (N, 3, 3) of ``odom_from_base`` at (N,) stamps [ns]."""
-        return interpolate_many(stamps, *self._knots_since(stamps))
+    def moment(self, stamp: int) -> tuple[FloatArray, FloatArray]:
+        """Return position (3,) [m] and rotation (3, 3) of ``odom_from_base`` at a stamp [ns]."""
+        then, position, rotation = self._last_before(stamp)
+        if then == stamp:
+            return position, rotation
+        stamps = np.array([stamp], dtype=np.int64)
+        (position,), (rotation,) = interpolate_many(stamps, *self._knots_since(stamps))
+        return position, rotation
+
+    def _last_before(self, stamp: int) -> Knot:
+        return next((k for k in reversed(self.knots) if k[0] <= stamp), self.knots[0])
 
     def carried(
         self, points: FloatArray, stamps: IntArray, position: FloatArray, rotation: FloatArray
@@ -64,8 +68,11 @@ class OdometryTrack:
             rotation: (3, 3) of the same.
         """
         times, positions, rotations = self._knots_since(stamps)
-        at = (positions - position) @ rotation
-        return apply_interpolated(points, stamps, times, at, rotation.T @ rotations)
+        at, turned = interpolate_many(
+            stamps, times, (positions - position) @ rotation, rotation.T @ rotations
+        )
+        moved: FloatArray = (turned @ points[..., None])[..., 0] + at
+        return moved
 
     def _knots_since(self, stamps: IntArray) -> tuple[IntArray, FloatArray, FloatArray]:
         """Return times, positions and rotations of the knots from the last one before the stamps, at least two."""
@@ -81,6 +88,4 @@ class OdometryTrack:
         span = self.span
         if span is None:
             return None
-        at = np.array([min(max(stamp, span[0]), span[1])], dtype=np.int64)
-        position, rotation = self.at(at)
-        return Pose.from_rotation(position[0], rotation[0])
+        return Pose.from_rotation(*self.moment(min(max(stamp, span[0]), span[1])))

@@ -8,7 +8,6 @@ from hypothesis.extra import numpy as hnp
 from localization import geometry
 from localization.geometry import (
     FloatArray,
-    apply_interpolated,
     euler_from_rotation,
     interpolate_many,
     quaternion_exp,
@@ -17,7 +16,6 @@ from localization.geometry import (
     rotation_from_euler,
     rotation_from_quaternion,
     so3_exp,
-    so3_exp_many,
     so3_log,
     wrap_angle,
 )
@@ -58,13 +56,6 @@ def test_log_undoes_exp(axis: FloatArray, angle: float) -> None:
 @given(w=rotation_vectors())
 def test_log_is_no_longer_than_half_a_turn(w: FloatArray) -> None:
     assert np.linalg.norm(so3_log(so3_exp(3.0 * w))) <= np.pi + 1e-12
-
-
-@given(stack=st.lists(rotation_vectors(), max_size=5))
-def test_many_at_once_are_the_same_as_one_by_one(stack: list[FloatArray]) -> None:
-    w = np.array(stack).reshape(-1, 3)
-    expected = np.array([so3_exp(row) for row in w]).reshape(-1, 3, 3)
-    assert so3_exp_many(w) == pytest.approx(expected, abs=1e-15)
 
 
 @given(u=vectors(3), v=vectors(3))
@@ -154,15 +145,20 @@ def test_interpolation_passes_through_its_knots_and_is_clamped_to_its_ends(
 
 @pytest.mark.slow
 @given(track=tracks(), seed=st.integers(0, 100))
-def test_points_are_mapped_as_by_the_interpolated_pose_of_their_time(
+def test_interpolated_poses_move_and_turn_evenly_from_knot_to_knot(
     track: tuple[np.ndarray, FloatArray, FloatArray], seed: int
 ) -> None:
+    times, positions, rotations = track
     rng = np.random.default_rng(seed)
-    times = rng.integers(track[0][0] - 5, track[0][-1] + 6, 30)
-    points = rng.normal(size=(2, 30, 3))
-    p, r = interpolate_many(times, *track)
-    wanted = np.einsum("nij,vnj->vni", r, points) + p
-    assert apply_interpolated(points, times, *track) == pytest.approx(wanted, abs=1e-9)
+    k = rng.integers(0, len(times) - 1, 30)
+    share = rng.integers(0, times[k + 1] - times[k]) / (times[k + 1] - times[k])
+    p, r = interpolate_many(
+        times[k] + np.round(share * (times[k + 1] - times[k])).astype(int), *track
+    )
+    for i, (j, f) in enumerate(zip(k, share, strict=True)):
+        turned = so3_exp(f * so3_log(rotations[j].T @ rotations[j + 1]))
+        assert r[i] == pytest.approx(rotations[j] @ turned, abs=1e-9)
+        assert p[i] == pytest.approx(positions[j] + f * (positions[j + 1] - positions[j]))
 
 
 @given(a=rotation_vectors(), w=rotation_vectors(3.0), start=vectors(3), end=vectors(3))

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
-from localization.geometry import so3_exp_many
 from localization.maps.cloud import Cloud
 from localization.maps.map_noise import MapNoise, measured_noise
 from localization.maps.prepared_map import PreparedMap
@@ -19,7 +19,7 @@ def shaken(cloud: Cloud, *, distance: float, normal: float, seed: int = 0) -> Cl
     # The error of a direction has two components across it.
     turns = rng.standard_normal(normals.shape)
     turns -= np.einsum("ij,ij->i", turns, normals)[:, None] * normals
-    turned = np.einsum("nij,nj->ni", so3_exp_many(normal * turns), normals)
+    turned = Rotation.from_rotvec(normal * turns).apply(normals)
     off = distance * rng.standard_normal(len(normals))[:, None] * normals
     return Cloud(cloud.points + off, turned, name="shaken")
 
