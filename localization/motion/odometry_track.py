@@ -49,9 +49,12 @@ class OdometryTrack:
         then, position, rotation = self._last_before(stamp)
         if then == stamp:
             return position, rotation
-        stamps = np.array([stamp], dtype=np.int64)
-        (position,), (rotation,) = interpolate_many(stamps, *self._knots_since(stamps))
+        (position,), (rotation,) = self.at(np.array([stamp], dtype=np.int64))
         return position, rotation
+
+    def at(self, stamps: IntArray) -> tuple[FloatArray, FloatArray]:
+        """Return positions (N, 3) [m] and rotations (N, 3, 3) of ``odom_from_base`` at (N,) stamps [ns]."""
+        return interpolate_many(stamps, *self._knots_since(stamps))
 
     def _last_before(self, stamp: int) -> Knot:
         return next((k for k in reversed(self.knots) if k[0] <= stamp), self.knots[0])

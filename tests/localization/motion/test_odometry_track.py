@@ -33,6 +33,9 @@ def test_track_gives_the_pose_at_any_time(wanted: list[int]) -> None:
     assert position[:, 0] == pytest.approx(np.array(wanted) / SECOND, abs=1e-12)
     yaw = np.arctan2(rotation[:, 1, 0], rotation[:, 0, 0])
     assert yaw == pytest.approx(0.2 * np.array(wanted) / SECOND, abs=1e-12)
+    one, turned = track.moment(wanted[0])
+    assert one == pytest.approx(position[0], abs=1e-12)
+    assert turned == pytest.approx(rotation[0], abs=1e-12)
 
 
 def test_longer_track_leaves_the_one_before_as_it_was() -> None:
