@@ -176,16 +176,16 @@ def _sequence(name: str, kind: Any, value: object) -> tuple[object, ...]:
 
 def _number(name: str, kind: type, value: object) -> int | float:
     """Return a number that a setting can have: all of them are sizes, which are not negative."""
-    what = "a whole number" if kind is int else "a number"
+    what = "a whole number" if kind is int else "a finite number"
     try:
         if isinstance(value, bool) or not isinstance(value, str | int | float):
             raise ValueError
         number = float(value)
-        if kind is int and not (math.isfinite(number) and number == int(number)):
+        if not math.isfinite(number) or (kind is int and number != int(number)):
             raise ValueError
     except ValueError:
         raise SettingError(f"{name} must be {what}, got {value!r}") from None
-    if not number >= 0.0:
+    if number < 0.0:
         raise SettingError(f"{name} must be {what} >= 0, got {value}")
     return int(number) if kind is int else number
 

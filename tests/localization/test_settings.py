@@ -50,11 +50,12 @@ def test_the_last_of_two_assignments_counts() -> None:
         ("normal_noise=1", "nearest: registration.normal_noise"),
         ("registration=1", "nearest: registration."),
         ("qqqq.zzzz=1", r"docs/settings\.md lists them"),
-        ("registration.normal_noise=wide", "must be a number, got 'wide'"),
-        ("registration.normal_noise=-0.1", "must be a number >= 0"),
-        ("registration.normal_noise=nan", "must be a number >= 0"),
+        ("registration.normal_noise=wide", "must be a finite number, got 'wide'"),
+        ("registration.normal_noise=-0.1", "must be a finite number >= 0"),
+        ("registration.normal_noise=nan", "must be a finite number, got"),
         ("undo_memory=1.5", "must be a whole number"),
         ("undo_memory=inf", "must be a whole number"),
+        ("overspeed_margin=inf", "must be a finite number, got 'inf'"),
         ("kiss_odometry=maybe", "must be true or false"),
         ("matcher=magic", "must be one of plane"),
         ("slip_sigma=1,2", "must be 4 numbers, got 2"),
@@ -79,8 +80,8 @@ def test_nearest_names_are_those_of_the_same_group() -> None:
     ("values", "why"),
     [
         ({"slip_sigma": 3}, "slip_sigma must be a list of numbers"),
-        ({"registration": {"normal_noise": True}}, "must be a number, got True"),
-        ({"registration": {"normal_noise": [1]}}, "must be a number"),
+        ({"registration": {"normal_noise": True}}, "must be a finite number, got True"),
+        ({"registration": {"normal_noise": [1]}}, "must be a finite number"),
     ],
 )
 def test_value_of_another_type_is_named(values: dict[str, object], why: str) -> None:
