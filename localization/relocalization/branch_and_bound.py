@@ -198,7 +198,9 @@ def search_map(
     most = c.refine if window is None else config.refine
     peaks = best_places(bounds, places, yaws[which], config, most=most)
     yield len(bounds)
-    return (yield from refined_places(sweep, world, peaks, level, config, registration, beams))
+    return (
+        yield from refined_places(sweep, world, peaks, level, config, registration, beams, window)
+    )
 
 
 def _yaws(window: Window | None, config: SearchConfig) -> FloatArray:

@@ -257,7 +257,7 @@ class HintSearch:
         unseen = None
         if verdict is Verdict.ACCEPTED and window is not None:
             found = candidates[0].map_from_base
-            _, _, match = settled(task.sweep, self._world, found, self._registration)
+            _, match = settled(task.sweep, self._world, found, self._registration)
             unseen = unseen_within(match, window)
         whole_map = task.window is None
         result = SearchResult(
@@ -308,9 +308,14 @@ class HintSearch:
                     f"{best.score:.0%}"
                 )
         if len(candidates) > 1 and not distinguishable(best.score, candidates[1].score, c):
+            other = candidates[1]
+            apart = float(
+                np.hypot(*(other.map_from_base.position - best.map_from_base.position)[:2])
+            )
+            near = same_place(other.map_from_base, best.map_from_base, c)
             return Verdict.AMBIGUOUS, (
-                f"two places explain {best.score:.0%} and {candidates[1].score:.0%} of the sweep; "
-                "a narrower hint would distinguish them"
+                f"two places {apart:.1f} m apart explain {best.score:.0%} and {other.score:.0%} of the sweep; "
+                + ("drive on" if near else "drive on, or give a narrower hint")
             )
         return Verdict.ACCEPTED, f"explains {best.score:.0%} of the sweep"
 

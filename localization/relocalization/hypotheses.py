@@ -194,7 +194,7 @@ class Hypotheses:
                 errors = (SETTLING_SIGMA, HELD_OFF_SIGMA)
                 seen, match = settled_estimate(sweep, world, followed, registration, own, errors)
             else:
-                seen, _, match = settled(sweep, world, followed, registration)
+                seen, match = settled(sweep, world, followed, registration)
             at = seen.map_from_base
             classes = beams.classify(sweep, at, match.distances)
             contradicts = 1.0 - seen.score - (classes.unmapped if classes is not None else 0.0)

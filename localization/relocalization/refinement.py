@@ -7,11 +7,12 @@ from dataclasses import replace
 
 import numpy as np
 
-from localization.geometry import FloatArray
+from localization.geometry import FloatArray, wrap_angle
 from localization.maps.prepared_map import PreparedMap
 from localization.matching.registration import RegistrationConfig, register
 from localization.matching.scan_consistency import BeamClassifier
 from localization.relocalization.search_config import SearchConfig
+from localization.relocalization.search_window import Window
 from localization.relocalization.search_work import REFINEMENT, SearchWork, Work
 from localization.relocalization.verification import (
     SETTLING_SIGMA,
@@ -19,6 +20,7 @@ from localization.relocalization.verification import (
     same_place,
     settled,
     standing,
+    unseen_within,
 )
 from localization.types import Candidate, Match, Pose, Sweep
 
@@ -67,8 +69,13 @@ def refined_places(
     config: SearchConfig,
     registration: RegistrationConfig,
     beams: BeamClassifier,
+    window: Window | None = None,
 ) -> SearchWork:
-    """Refine places (x, y, yaw) against the cloud; yields the amount of work, returns the distinct ones."""
+    """Refine places (x, y, yaw) against the cloud; yields the amount of work, returns the distinct ones, best first.
+
+    In a window, where the best may be believed at once, a neighbour that the sweep does not distinguish from it is
+    another place, however near.
+    """
     max_tilt = config.max_tilt if world.ground.level else config.max_tilt_uneven
     found: list[Candidate] = []
     for x, y, yaw in peaks:
@@ -79,11 +86,19 @@ def refined_places(
         upright = candidate.map_from_base.rotation[2] @ start.rotation[2] > np.cos(max_tilt)
         if upright:
             found.append(candidate)
-    distinct = _distinct(found, config)
+    distinct, rivals = _distinct(found, config), dict[Candidate, Candidate]()
     for i, candidate in enumerate(distinct[: config.compared]):
-        distinct[i] = yield from _best_along(sweep, world, candidate, config, registration, beams)
+        best, match, rival = yield from _best_along(
+            sweep, world, candidate, config, registration, beams
+        )
+        distinct[i] = best
+        # Along a bare corridor all neighbours are alike: that the place says itself.
+        if rival is not None and window is not None and unseen_within(match, window) is None:
+            rivals[best] = rival
     # A neighbour along a corridor may be a place that was found already.
-    return tuple(_distinct(distinct, config))
+    places = _distinct(distinct, config)
+    others = places[1:] + [rivals[best] for best in places[:1] if best in rivals]
+    return (*places[:1], *sorted(others, key=lambda c: -c.score))
 
 
 def _distinct(places: Sequence[Candidate], config: SearchConfig) -> list[Candidate]:
@@ -102,34 +117,65 @@ def _best_along(
     config: SearchConfig,
     registration: RegistrationConfig,
     beams: BeamClassifier,
-) -> Work[Candidate]:
+) -> Work[tuple[Candidate, Match, Candidate | None]]:
     """Compare a place with its neighbours in the direction that constrains the robot least.
 
     Refining ends where walls lie on walls. In a corridor or between shelves that is so every few
     decimetres, and of neighbours as near as that only one was refined.
+
+    Returns:
+        The best of them and its match, and another that fits as closely within the error of the comparison.
     """
 
-    def fits(at: Pose) -> tuple[Candidate, float, Match]:
-        """Settle a pose; the closeness is that of the beams that end where something is mapped."""
-        seen, closeness, match = settled(sweep, world, at, registration)
+    def fits(at: Pose) -> _Fit:
+        """Settle a pose. The share counts points within 10 cm; neighbours explain almost as much, but less closely."""
+        seen, match = settled(sweep, world, at, registration)
         classes = beams.classify(sweep, seen.map_from_base, match.distances, every=True)
         mapped = 1.0 if classes is None else 1.0 - classes.unmapped
+        kernel2 = registration.kernel**2
+        closeness = np.nan_to_num((kernel2 / (kernel2 + match.distances**2)) ** 2)
         return seen, closeness / max(mapped, config.min_inlier_ratio), match
 
-    best, closest, match = fits(place.map_from_base)
-    _, directions = np.linalg.eigh(match.information[:2, :2])
-    pose = best.map_from_base
+    tried = [fits(place.map_from_base)]
+    _, directions = np.linalg.eigh(tried[0][2].information[:2, :2])
+    pose = tried[0][0].map_from_base
     for way in np.arange(1, round(config.neighbours / config.step) + 1) * config.step:
         yield REFINEMENT
         for sign in (-1.0, 1.0):
             offset = np.append(sign * way * directions[:, 0], 0.0)
             shifted = Pose(pose.position + offset, pose.quaternion_wxyz)
-            other, closeness, _ = fits(shifted)
+            fit = fits(shifted)
             # A horizontal scan fits nothing more closely than the floor, once it has sunk there.
-            climb = abs(float(other.map_from_base.position[2] - pose.position[2]))
-            if closeness > closest and climb < 3.0 * SETTLING_SIGMA[2]:
-                best, closest = other, closeness
-    return best
+            climb = abs(float(fit[0].map_from_base.position[2] - pose.position[2]))
+            if climb < 3.0 * SETTLING_SIGMA[2]:
+                tried.append(fit)
+    best = max(tried, key=_closeness)
+    alike = [fit for fit in tried if _rivals(best, fit, config, registration)]
+    return best[0], best[2], max(alike, key=_closeness)[0] if alike else None
+
+
+_Fit = tuple[Candidate, FloatArray, Match]
+"""A settled place, how closely it fits each point (N,) in [0, 1], over the share of points where something is mapped,
+and the match."""
+
+
+def _closeness(fit: _Fit) -> float:
+    return float(fit[1].mean()) if len(fit[1]) else 0.0
+
+
+def _rivals(
+    best: _Fit, other: _Fit, config: SearchConfig, registration: RegistrationConfig
+) -> bool:
+    """Return whether another place, farther off than the steps of the search, fits as closely within one standard error.
+
+    The error is that of the mean difference, of as many independent points as a sweep has.
+    """
+    a, b = best[0].map_from_base, other[0].map_from_base
+    near = float(np.hypot(*(a.position - b.position)[:2])) <= config.step
+    if near and abs(wrap_angle(a.yaw - b.yaw)) <= config.step_yaw:
+        return False
+    off = best[1] - other[1]
+    return float(off.mean()) < float(np.sqrt((off**2).mean() / registration.effective_points))
 
 
 def _refined(

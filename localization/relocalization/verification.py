@@ -62,7 +62,8 @@ def explain(
 
     The pose's own tilt takes part: two planes of points hardly constrain pitch, and alone would allow any.
     """
-    return settled(sweep, world, pose, registration)[0]
+    seen, _ = settled(sweep, world, pose, registration)
+    return seen
 
 
 def settled(
@@ -71,8 +72,8 @@ def settled(
     pose: Pose,
     registration: RegistrationConfig,
     assumed: tuple[float, ...] = SETTLING_SIGMA,
-) -> tuple[Candidate, float, Match]:
-    """Settle a pose of an assumed error; return what it explains, how closely in [0, 1], and the match that did it."""
+) -> tuple[Candidate, Match]:
+    """Settle a pose of an assumed error; return what it explains, and the match that did it."""
     sigma = np.array(assumed)
     match = register(sweep, world, pose, np.diag(sigma**2), registration)
     pull = match.information @ difference(pose, match.map_from_base)
@@ -83,10 +84,7 @@ def settled(
     position = np.append(match.map_from_base.position[:2], level.position[2])
     roll, pitch, _ = level.euler
     at = Pose.from_euler(position, roll=roll, pitch=pitch, yaw=match.map_from_base.yaw)
-    # The shares count points within 10 cm. Neighbours explain almost as much, but with centimetres left.
-    square, kernel2 = match.distances**2, registration.kernel**2
-    closeness = float(np.nansum((kernel2 / (kernel2 + square)) ** 2)) / max(len(square), 1)
-    return Candidate(at, match.inlier_ratio), closeness, match
+    return Candidate(at, match.inlier_ratio), match
 
 
 def settled_estimate(
@@ -111,11 +109,10 @@ def settled_estimate(
         assumed: errors of the estimate, each of which is tried.
     """
     tried = [settled(sweep, world, estimate, registration, sigma) for sigma in assumed]
-    found = [(seen, match) for seen, _, match in tried if own(seen.map_from_base)]
+    found = [(seen, match) for seen, match in tried if own(seen.map_from_base)]
     if found:
         return max(found, key=lambda one: one[0].score)
-    seen, _, match = settled(sweep, world, estimate, registration, FIXED_SIGMA)
-    return seen, match
+    return settled(sweep, world, estimate, registration, FIXED_SIGMA)
 
 
 def unseen_within(match: Match, window: Window) -> FloatArray | None:

@@ -144,13 +144,14 @@ def test_narrow_hint_in_a_square_room_is_accepted(square: PreparedMap) -> None:
     assert same_place(found.candidates[0].map_from_base, true, SearchConfig())
 
 
-PILLARS = Place(
-    [
-        *CORRIDOR.faces,
-        *(f for i in range(-50, 50) for f in box((0.4 * i, 0.9, 0.0), (0.4 * i + 0.1, 1.0, 2.5))),
-    ]
-)
-"""A corridor along x with a pillar every 40 cm: each looks like the next."""
+def pillars(pitch: float) -> Place:
+    """A corridor along x with a pillar after each so many metres: each looks like the next."""
+    begins = pitch * np.arange(-round(20.0 / pitch), round(20.0 / pitch))
+    faces = (f for x in begins for f in box((x, 0.9, 0.0), (x + 0.1, 1.0, 2.5)))
+    return Place([*CORRIDOR.faces, *faces])
+
+
+PILLARS = pillars(0.4)
 
 
 @pytest.mark.slow
@@ -163,6 +164,19 @@ def test_place_that_is_known_is_accepted_where_others_in_its_window_look_like_it
     known = settle(search, a_hint(true, sigma=0.05, sigma_yaw=0.02), PILLARS, true)
     assert known.verdict is Verdict.ACCEPTED, known.reason
     assert apart(known.candidates[0].map_from_base, true)[0] < 0.03
+
+
+@pytest.mark.slow
+def test_neighbour_that_fits_as_closely_is_another_place_however_near_it_is() -> None:
+    true, dense = Pose.planar(0.0, 0.0, 0.0), pillars(0.25)
+    found = settle(search_of(dense.prepared()), a_hint(true, sigma=0.25), dense, true)
+    assert found.verdict is Verdict.AMBIGUOUS, found.reason
+    assert found.reason.startswith("two places 0.3 m apart")
+    assert found.reason.endswith("of the sweep; drive on")
+    best, *others = (c.map_from_base for c in found.candidates)
+    near = [other for other in others if same_place(best, other, SearchConfig())]
+    assert len(near) == 1
+    assert apart(best, near[0])[0] == pytest.approx(0.25, abs=0.02)
 
 
 @pytest.mark.slow
