@@ -18,7 +18,7 @@ Change = Callable[[LocalizerConfig], LocalizerConfig]
 ALL = "all"
 """Name of the localiser as it is."""
 
-REMOVED = ("second opinion", "back-face culling", "observability threshold")
+REMOVED = ("second opinion", "back-face culling")
 """Mechanisms that were a setting when the kept figures were measured and are none any more: their rows stay in
 the sheet as the reason for that, and cannot be run."""
 
@@ -65,6 +65,7 @@ MECHANISMS: Mapping[str, Change] = {
     "slip window": without(slip_window=0.0),
     "annealed kernel": without("registration", kernel_wide=0.04, rough_kernel_wide=0.1),
     "debiasing": without("registration", debias=0.0),
+    "observability threshold": without("registration", max_sigma=math.inf),
     "effective points": without("registration", effective_points=math.inf),
     "noise along rough walls": without("registration", tangential=0.0),
     "rough maps": without("registration", rough=math.inf),

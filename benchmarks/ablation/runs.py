@@ -62,8 +62,9 @@ WITH_LATE = ("late readings", "registration cache")
 PAIRS: tuple[tuple[str, ...], ...] = (
     ("KISS-ICP odometry", "slip inferred from sweeps"),
     ("KISS-ICP odometry", "wheel-gyro slip gate"),
+    ("debiasing", "observability threshold"),
     ("free-space violations", "jump detection"),
-    ("slip inferred from sweeps", "wheel-gyro slip gate"),
+    ("slip inferred from sweeps", "wheel-gyro slip gate", "observability threshold"),
 )
 """Mechanisms that can stand in for each other: what one contributes may show only where the other is missing.
 The last are those that contribute nothing alone."""

@@ -18,9 +18,6 @@ from localization.types import Match, Pose, Sweep
 KISS_PEER = KissConfig(voxel=0.2, points_per_voxel=20, keypoint_spacing=0.01)
 """Voxels of 0.2 m with 20 points each, every point of the sweep, one thread."""
 
-_LOOSEST = 0.3
-"""A direction that a match holds no better than this, one sigma [m], is left to the prediction."""
-
 
 def plain(matcher: Matcher) -> LocalizerConfig:
     """Return our filter and its gates around a matcher, without what we add to them."""
@@ -96,5 +93,5 @@ def _known(hessian: FloatArray, pose: Pose, inliers: int) -> tuple[FloatArray, F
     information = worth * frame @ hessian @ frame.T
     shrink = np.diag([1.0, 1.0, 1.0, 1 / LEVER, 1 / LEVER, 1 / LEVER])
     values, vectors = np.linalg.eigh(shrink @ information @ shrink)
-    keep = values > 1.0 / _LOOSEST**2
+    keep = values > 1.0 / c.max_sigma**2
     return information, np.ascontiguousarray(vectors[:, keep].T)
