@@ -10,7 +10,7 @@ import time
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
-from benchmarks.ablation.drives import EXCERPTS, Drive, drives
+from benchmarks.ablation.drives import COST, EXCERPTS, Drive, drives
 from benchmarks.ablation.mechanisms import ALL, MECHANISMS, Change, both
 from benchmarks.common.figures import Figure, digits, say
 from benchmarks.common.sheet import Sheet, renew
@@ -109,9 +109,18 @@ def _run(part: str, rows: Mapping[str, Change], cases: Mapping[str, Drive], shee
                 found = list(drive(change, row))
                 said = ", ".join(f"{f.quantity} {digits(f.value)}" for f in found)
                 say(f"  {case:28s} {said}")
-                figures += found
+                figures += telling(found, [*sheet.parts.get("alone", ()), *figures])
         sheet.put(part, figures, seconds=time.process_time() - begun)
     say(f"   ({time.process_time() - begun:.0f} s of CPU)")
+
+
+def telling(found: Sequence[Figure], before: Sequence[Figure]) -> Sequence[Figure]:
+    """Return the figures of a drive, only the first if all are those of the localiser as it is: the table says ``=``."""
+    whole = {(f.case, f.quantity): f for f in before if f.method == ALL}
+    as_it_is = [whole.get((f.case, f.quantity), f) for f in found if f.quantity != COST]
+    said = [digits(f.value) for f in found if f.quantity != COST]
+    other = found[0].method != ALL
+    return found[:1] if other and said == [digits(f.value) for f in as_it_is] else found
 
 
 PARTS = {"alone": rows_alone, "pairs": rows_in_pairs}

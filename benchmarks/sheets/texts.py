@@ -61,7 +61,10 @@ sweeps with an error above 0.5 m or without a pose, *doubt* the share in a state
 [s]; *mean* the mean position error against corrected scans that the map was not made of, *relations* the same against
 relations that people checked [cm]; *first jump* the time at which the estimate left its odometry by more than 1 m [s], `-`
 if it never did. A *stressed* drive has four bursts in which all wheels report twice their speed for a second, both scanners
-silent for 3 s, and people and moved furniture where the scene has them.
+silent for 3 s, and people and moved furniture where the scene has them. *put wrong*: of 24 estimates that were put wrong,
+how many ever were, how many of these were said, and the longest time in which one was trusted [s]. *kidnaps*: of 8 robots
+carried off on a log, how many were not in doubt before, said so within 2 s, and recovered; the time in which they were
+trusted though wrong [s]; false alarms.
 
 {ablation}
 
