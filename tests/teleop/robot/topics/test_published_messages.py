@@ -103,6 +103,7 @@ async def test_local_cloud_lies_on_the_map_while_driving(
         assert client.speed > 0.6
         clouds = [points_of(m) for m in client.messages("/local_cloud")]
         assert len(clouds) >= 20
+        near = []
         for table in clouds:
             points, distances = table[:, :3], table[:, 4]
             nearest, _ = tree.query(points)
@@ -111,5 +112,6 @@ async def test_local_cloud_lies_on_the_map_while_driving(
             # in corners it may be that of the other wall.
             known = np.isfinite(distances)
             assert known.mean() > 0.95
-            assert (np.abs(distances[known]) <= nearest[known] + 0.02).mean() > 0.99
+            near.append(np.abs(distances[known]) <= nearest[known] + 0.02)
             assert np.median(np.abs(distances[known])) < 0.02
+        assert np.concatenate(near).mean() > 0.99
