@@ -109,12 +109,12 @@ def _run(part: str, rows: Mapping[str, Change], cases: Mapping[str, Drive], shee
                 found = list(drive(change, row))
                 said = ", ".join(f"{f.quantity} {digits(f.value)}" for f in found)
                 say(f"  {case:28s} {said}")
-                figures += telling(found, [*sheet.parts.get("alone", ()), *figures])
+                figures += differing(found, [*sheet.parts.get("alone", ()), *figures])
         sheet.put(part, figures, seconds=time.process_time() - begun)
     say(f"   ({time.process_time() - begun:.0f} s of CPU)")
 
 
-def telling(found: Sequence[Figure], before: Sequence[Figure]) -> Sequence[Figure]:
+def differing(found: Sequence[Figure], before: Sequence[Figure]) -> Sequence[Figure]:
     """Return the figures of a drive, only the first if all are those of the localiser as it is: the table says ``=``."""
     whole = {(f.case, f.quantity): f for f in before if f.method == ALL}
     as_it_is = [whole.get((f.case, f.quantity), f) for f in found if f.quantity != COST]
