@@ -92,7 +92,7 @@ def refined_places(
             sweep, world, candidate, config, registration, beams
         )
         distinct[i] = best
-        # Along a bare corridor all neighbours are alike: that the place says itself.
+        # Along a bare corridor all neighbours are alike, which the covariance of the placement says.
         if rival is not None and window is not None and unseen_within(match, window) is None:
             rivals[best] = rival
     # A neighbour along a corridor may be a place that was found already.
