@@ -86,6 +86,8 @@ class Residuals:
     """(N, 6) derivative by (position in map, rotation in base)."""
     nearest: IndexArray
     """(N,) index of the nearest cloud point; -1 where there is none."""
+    incidence: FloatArray
+    """(N,) sine of the angle between the beam and the surface; 1 at a right angle to it."""
     along: FloatArray | None = None
     """(N,) signed distance from the nearest cloud point along its wall, horizontally [m]; 0 on surfaces that are
     not upright. None unless the map is rough."""
@@ -148,17 +150,24 @@ def residuals(
     distance[culled] = np.nan
     jacobian = _jacobian(arms, normals, rotation)
     beyond = world.cut_below(points)
+    beams = arms - sweep.origins @ rotation.T
+    across = np.abs(np.einsum("ij,ij->i", normals, beams))
+    incidence = across / np.maximum(np.sqrt(np.einsum("ij,ij->i", beams, beams)), 1e-9)
     if not rough:
-        return Residuals(distance, jacobian, index, beyond=beyond)
+        return Residuals(distance, jacobian, index, incidence, beyond=beyond)
     level = np.hypot(normals[:, 0], normals[:, 1])
     upright = level > _UPRIGHT
     tangent = np.zeros_like(normals)
     np.divide(-normals[:, 1], level, out=tangent[:, 0], where=upright)
     np.divide(normals[:, 0], level, out=tangent[:, 1], where=upright)
     along = np.einsum("ij,ij->i", tangent, offset)
-    return Residuals(distance, jacobian, index, along, _jacobian(arms, tangent, rotation), beyond)
+    aside = _jacobian(arms, tangent, rotation)
+    return Residuals(distance, jacobian, index, incidence, along, aside, beyond)
 
 
+GRAZING = 0.1
+"""Sine of the incidence, 6 degrees, below which a beam says the less of a surface: a transversal scanner under the edge of
+a wall that it stands parallel to sees the ceiling, and a level one whose tilt only the ground constrains the floor."""
 _UPRIGHT = 0.8
 """Horizontal part of the normal of an upright surface, at least: within 37 degrees of the vertical."""
 
@@ -283,7 +292,9 @@ def _weights(
     """Return Geman-McClure weights (N,) over sigma^2, of independent points; in smooth maps by their normals too.
 
     Where a wall ends, or meets a ceiling, the estimated normals belong to neither. Weights by inverse variance of the
-    normals keep a scanner that sees no more than that edge from being held, or pulled, by them alone.
+    normals keep a scanner that sees no more than that edge from being held, or pulled, by them alone. So do those by
+    incidence: beams that run along a wall meet what is beside it. Under a wide kernel the heading may be off by more
+    than such an incidence, which then says nothing.
     """
     distance = np.where(seen.valid, seen.distance, np.inf)
     inside = np.abs(distance) < config.gate * kernel
@@ -292,6 +303,8 @@ def _weights(
         square += config.tangential * seen.along**2
     # Geman-McClure: (k^2 / (k^2 + r^2))^2.
     weight: FloatArray = np.where(inside, (kernel**2 / (kernel**2 + square)) ** 2, 0.0)
+    if seen.along is None and kernel <= config.kernel:
+        weight *= np.minimum(1.0, seen.incidence / GRAZING) ** 2
     if seen.along is None and len(world.spread):
         spread = np.maximum(world.spread[seen.nearest], config.normal_noise)
         weight *= (config.normal_noise / spread) ** 2
@@ -333,7 +346,7 @@ def _conclude(
     weight = _weights(seen, world, config.kernel, config)
     weight *= _independent_share(weight, config)
     # What is held along a wall by its nearest points is where the sweep was put, no information.
-    across = Residuals(seen.distance, seen.jacobian, seen.nearest)
+    across = Residuals(seen.distance, seen.jacobian, seen.nearest, seen.incidence)
     hessian, _ = _normal_equations(across, weight, config)
     # Noise s of a normal under a weight of 1/s^2 fakes as much as usual noise does under the whole weight.
     fake = _information_of_normal_noise(sweep, pose, weight, hessian, config.normal_noise)

@@ -14,6 +14,7 @@ import numpy as np
 
 from localization.geometry import FloatArray
 from localization.maps.prepared_map import PreparedMap
+from localization.matching.registration import GRAZING
 from localization.types import BoolArray, Pose, ScanConsistency, Sweep
 
 
@@ -126,7 +127,7 @@ class BeamClassifier:
         normal = self._world.cloud.normals[index]
         offset = self._world.cloud.points[index] - place
         slope = np.einsum("ij,ij->i", normal, direction)
-        meets = (index >= 0) & (np.abs(slope) > _GRAZING)
+        meets = (index >= 0) & (np.abs(slope) > GRAZING)
         # A beam may run along a surface for metres; it meets it where its line cuts the surface's plane.
         with np.errstate(divide="ignore", invalid="ignore"):
             along = np.einsum("ij,ij->i", normal, offset) / slope
@@ -158,10 +159,6 @@ def _thin_walls(world: PreparedMap) -> BoolArray:
     if len(world.behind):
         return world.behind >= 0
     return np.zeros(len(world.cloud.points), dtype=bool)
-
-
-_GRAZING = 0.1
-"""A beam at a smaller angle to a surface than this (sine of 6 degrees) runs along it and does not meet it."""
 
 
 def explanation(inlier_ratio: float, consistency: ScanConsistency | None) -> str:

@@ -24,9 +24,6 @@ class CalibrationConfig:
     """Geman-McClure scale of each iteration [m]."""
     gate: float = 3.0
     """Points farther from their plane than this many kernels are left out."""
-    min_incidence: float = 0.1
-    """Surfaces hit at a smaller sine of the incidence angle, 6 degrees, are left out. Otherwise a slightly tilted
-    level scanner, whose tilt only the ground constrains, would match its points to the ground."""
     lateral_slip: float = 0.006
     """Sideways motion while driving [m/sqrt(s)]; as in ``EkfConfig``."""
     forward_error: float = 0.03

@@ -14,7 +14,7 @@ import numpy as np
 
 from localization.geometry import FloatArray, hat, so3_exp, so3_log
 from localization.maps.prepared_map import PreparedMap
-from localization.matching.registration import residuals
+from localization.matching.registration import GRAZING, residuals
 from localization.mount_estimation.calibration_config import CalibrationConfig
 from localization.mount_estimation.calibration_sample import CalibrationSample
 from localization.mount_estimation.normal_equations import (
@@ -108,9 +108,7 @@ class MountProblem:
             sweep = sample.sweep_of(scan, mount)
             seen = residuals(sweep, self._world, pose)
             near = np.abs(np.nan_to_num(seen.distance, nan=np.inf)) < c.gate * kernel
-            beam = (sweep.points - sweep.origins) @ pose.rotation.T
-            slope = np.abs(np.einsum("ij,ij->i", seen.jacobian[:, :3], beam))
-            near &= slope > c.min_incidence * np.linalg.norm(beam, axis=1)
+            near &= seen.incidence > GRAZING
             if not near.any():
                 continue
             distance, own = seen.distance[near], seen.jacobian[near]
