@@ -32,6 +32,8 @@ IndexArray = npt.NDArray[np.int64]
 
 _FULL = 255
 """Score of a point on a surface."""
+_FINEST = 1
+"""Level of the blocks that are places: two cells along their edge, the step of the search."""
 _FOLLOWED = 64
 """Number of the most promising blocks that are followed down to estimate the best score."""
 FEWEST_POINTS = 10
@@ -44,8 +46,6 @@ class MapSearchConfig:
 
     levels: int = 3
     """The coarsest blocks have 2 to this power cells along their edge; larger ones contain surfaces everywhere."""
-    finest: int = 1
-    """The finest blocks have 2 to this power cells along their edge."""
     beams: int = 72
     """Number of points of the horizontal scanner that are laid over the plan."""
     reach: float = 30.0
@@ -188,13 +188,13 @@ def search_map(
     if window is not None:
         roots = roots[pyramid.overlap(roots, c.levels, window)]
     nodes = yield from _roots(pyramid, roots, turned)
-    for finer in range(c.levels - 1, c.finest - 1, -1):
+    for finer in range(c.levels - 1, _FINEST - 1, -1):
         nodes = yield from _open(pyramid, turned, nodes, finer)
     blocks, which, bounds = nodes
     if window is not None:
-        inside = pyramid.overlap(blocks, c.finest, window)
+        inside = pyramid.overlap(blocks, _FINEST, window)
         blocks, which, bounds = blocks[inside], which[inside], bounds[inside]
-    places = pyramid.positions(blocks, c.finest)
+    places = pyramid.positions(blocks, _FINEST)
     most = c.refine if window is None else config.refine
     peaks = best_places(bounds, places, yaws[which], config, most=most)
     yield len(bounds)
@@ -306,7 +306,7 @@ def _children(
 def _descend(pyramid: Pyramid, turned: IndexArray, nodes: Nodes, level: int) -> float:
     """Return the score of the best place that a greedy search from some blocks finds."""
     best = 0.0
-    for finer in range(level, pyramid.config.finest - 1, -1):
+    for finer in range(level, _FINEST - 1, -1):
         nodes = _children(pyramid, turned, nodes[0], nodes[1], finer, 0.0)
         if len(nodes[2]) == 0:
             return 0.0

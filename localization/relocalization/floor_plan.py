@@ -42,17 +42,6 @@ class FloorPlan:
         self.free = distance > _CLEARANCE
         """(nx, ny) whether a scanner could be there."""
 
-    def score(self, points: FloatArray, places: FloatArray) -> FloatArray:
-        """Return for each place (M, 2) how well points (B, 2), turned already, lie on surfaces."""
-        at = places[:, None, :] + points[None, :, :]
-        cell = ((at - self.origin) / self.cell).astype(np.int64)
-        limit = np.array(self.likelihood.shape) - 1
-        cell = np.clip(cell, 0, limit)
-        score = self.likelihood[cell[..., 0], cell[..., 1]].mean(axis=1)
-        own = np.clip(((places - self.origin) / self.cell).astype(np.int64), 0, limit)
-        free: FloatArray = np.where(self.free[own[:, 0], own[:, 1]], score, 0.0)
-        return free
-
 
 def level_points(sweep: Sweep, level: Pose) -> FloatArray:
     """Return the horizontal scanner's points (N, 2) as seen from above, were the robot at no yaw [m]."""

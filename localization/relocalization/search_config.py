@@ -12,15 +12,11 @@ class SearchConfig:
     """How the map is searched, and what counts as found."""
 
     step: float = 0.10
-    """Distance between candidate positions [m]."""
+    """Distance between candidate positions [m]; the floor plan's cells are half as large."""
     step_yaw: float = np.deg2rad(2.0)
     """Angle between candidate headings [rad]."""
-    beams: int = 72
-    """Number of points of the horizontal scanner that are laid over the floor plan."""
     field_sigma: float = 0.12
     """A point at this distance from the nearest wall scores exp(-1/2) [m]."""
-    cell: float = 0.05
-    """Edge of the floor plan's cells [m]."""
     refine: int = 8
     """Number of the best places that are refined against the cloud."""
     compared: int = 2
@@ -55,3 +51,8 @@ class SearchConfig:
     """Poses nearer to each other than this are one place [m]."""
     same_yaw: float = np.deg2rad(10.0)
     """Headings of one place differ by less than this [rad]."""
+
+    @property
+    def cell(self) -> float:
+        """Edge of the floor plan's cells [m]."""
+        return 0.5 * self.step

@@ -120,7 +120,6 @@ RARE: frozenset[str] = frozenset(
         "retry_below",
         "retry_gain",
         "retry_sigma",
-        "search.beams",
         "search.decisive_ratio",
         "search.default_sigma",
         "search.largest_window",

@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
+from localization.geometry import FloatArray
 from localization.maps.prepared_map import PreparedMap
 from localization.matching.registration import RegistrationConfig
 from localization.matching.scan_consistency import BeamClassifier
+from localization.relocalization.branch_and_bound import MapSearchConfig
 from localization.relocalization.floor_plan import FloorPlan, level_points
 from localization.relocalization.refinement import best_places, refined_places
 from localization.relocalization.search_config import SearchConfig
@@ -40,7 +42,8 @@ def exhaustive_search(
     flat = level_points(sweep, level)
     if len(flat) < 10:
         return ()
-    flat = flat[np.linspace(0, len(flat) - 1, min(config.beams, len(flat))).astype(int)]
+    most = min(MapSearchConfig().beams, len(flat))
+    flat = flat[np.linspace(0, len(flat) - 1, most).astype(int)]
 
     steps = np.arange(
         -np.ceil(window.half_width / config.step), window.half_width / config.step + 1
@@ -52,10 +55,21 @@ def exhaustive_search(
     scores = np.empty((len(yaws), len(places)))
     for i, yaw in enumerate(yaws):
         c, s = np.cos(yaw), np.sin(yaw)
-        scores[i] = plan.score(flat @ np.array([[c, s], [-s, c]]), places)
+        scores[i] = score(plan, flat @ np.array([[c, s], [-s, c]]), places)
         yield len(places) * len(flat)
 
     heading, place = np.divmod(np.arange(scores.size), len(places))
     peaks = best_places(scores.ravel(), places[place], yaws[heading], config, most=config.refine)
     registration, beams = RegistrationConfig(), BeamClassifier(world)
     return (yield from refined_places(sweep, world, peaks, level, config, registration, beams))
+
+
+def score(plan: FloorPlan, points: FloatArray, places: FloatArray) -> FloatArray:
+    """Return for each place (M, 2) how well points (B, 2), turned already, lie on surfaces."""
+    at = places[:, None, :] + points[None, :, :]
+    limit = np.array(plan.likelihood.shape) - 1
+    cell = np.clip(((at - plan.origin) / plan.cell).astype(np.int64), 0, limit)
+    scores = plan.likelihood[cell[..., 0], cell[..., 1]].mean(axis=1)
+    own = np.clip(((places - plan.origin) / plan.cell).astype(np.int64), 0, limit)
+    free: FloatArray = np.where(plan.free[own[:, 0], own[:, 1]], scores, 0.0)
+    return free
