@@ -127,7 +127,7 @@ def residuals(
         rough: whether distances along walls are wanted too, and the nearest points exactly.
     """
     rotation, position = map_from_base.rotation, map_from_base.position
-    arms = sweep.points @ rotation.T
+    arms, scanners = sweep.points @ rotation.T, sweep.origins @ rotation.T
     points = arms + position
     index = world.nearest(points) if rough else world.grid.nearest(points)
     normals = world.cloud.normals[index].astype(float)
@@ -135,7 +135,7 @@ def residuals(
     culled = index < 0
     if backface_culling:
         # The sensor seen from the nearest point.
-        back = sweep.origins @ rotation.T + position - points + offset
+        back = scanners + position - points + offset
         culled |= np.einsum("ij,ij->i", normals, back) <= 0.0
         if len(world.behind):
             # Of a thin wall the face is meant that the scanner sees.
@@ -150,7 +150,7 @@ def residuals(
     distance[culled] = np.nan
     jacobian = _jacobian(arms, normals, rotation)
     beyond = world.cut_below(points)
-    beams = arms - sweep.origins @ rotation.T
+    beams = arms - scanners
     across = np.abs(np.einsum("ij,ij->i", normals, beams))
     incidence = across / np.maximum(np.sqrt(np.einsum("ij,ij->i", beams, beams)), 1e-9)
     if not rough:

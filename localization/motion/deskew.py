@@ -26,22 +26,21 @@ def deskew(
 
     Beams without a return (infinite, NaN or out of the scanner's limits) carry no point.
     """
-    position, rotation = track.moment(stamp)
-    points, origins, horizontal = [], [], []
+    beams, stamps, horizontal = [], [], []
     for scan in scans:
         base_from_scanner = mounts[scan.scanner]
         beam, offsets = _beams(scan)
         mounted = base_from_scanner.apply(beam)
-        at = np.broadcast_to(base_from_scanner.position, mounted.shape)
-        ends, begins = track.carried(
-            np.stack([mounted, at]), scan.stamp + offsets, position, rotation
-        )
-        points.append(ends)
-        origins.append(begins)
+        begins = np.broadcast_to(base_from_scanner.position, mounted.shape)
+        beams.append(np.stack([mounted, begins]))
+        stamps.append(scan.stamp + offsets)
         level = base_from_scanner.rotation[2, 2] > _LEVEL
         flat = np.abs(beam @ base_from_scanner.rotation[2]) < _SLICE
         horizontal.append(flat if isinstance(scan, PointScan) else np.full(len(beam), level))
-    return Sweep(stamp, np.concatenate(points), np.concatenate(origins), np.concatenate(horizontal))
+    points, origins = track.carried(
+        np.concatenate(beams, axis=1), np.concatenate(stamps), *track.moment(stamp)
+    )
+    return Sweep(stamp, points, origins, np.concatenate(horizontal))
 
 
 def _beams(scan: Scan | PointScan) -> tuple[FloatArray, IntArray]:
