@@ -9,7 +9,7 @@ import numpy as np
 from localization.filter.ekf import STATES, FilterState, corrected, nis_of
 from localization.filter.ekf_config import EkfConfig
 from localization.filter.standstill_detection import quiet
-from localization.filter.updates import update_reported_tilt, yaw_corrected
+from localization.filter.updates import CORRELATION, update_reported_tilt, yaw_corrected
 from localization.geometry import FloatArray
 from localization.motion.gyro_turn import GyroStep, TurnWitness
 from localization.motion.odometry_noise import share_of_turn
@@ -19,8 +19,6 @@ _REPORTED_BIAS = math.radians(0.3)
 steel bends headings by degrees within metres."""
 _REPORTED_GATE = 16.3
 """Largest squared error at which such a bias is believed: chi-square, 3 degrees of freedom, 99.9 %."""
-_YAW_CORRELATION = 0.1
-"""Errors of the wheels' yaw rate are correlated over this time [s]."""
 
 
 def learned_from_gyro(state: FilterState, config: EkfConfig, gyro: GyroStep) -> FilterState:
@@ -55,7 +53,7 @@ def _wheels_compared(state: FilterState, config: EkfConfig, witness: TurnWitness
     variance = (
         noise.heading**2 * witness.distance
         + noise.heading_share**2 * abs(turn)
-        + c.wheel_yaw_floor**2 * _YAW_CORRELATION * seconds
+        + c.wheel_yaw_floor**2 * CORRELATION * seconds
     )
     slope = share_of_turn(variance, turn) * turn / seconds
     (bb, _, bp), _, (_, _, pp) = state.full_covariance[8:11, 8:11].tolist()

@@ -41,10 +41,8 @@ from localization.geometry import (
 from localization.motion.gyro_turn import ReportedTilt
 from localization.types import GRAVITY, Match, Pose
 
-_TILT_CORRELATION = 0.1
-"""Errors of tilt measurements are correlated over this time: faster ones together count as one [s]."""
-_YAW_CORRELATION = 0.1
-"""Errors of the wheels' yaw rate are correlated over this time: faster ones together count as one [s]."""
+CORRELATION = 0.1
+"""Errors of tilt, and of the wheels' yaw rate, are correlated over this time: faster measurements together count as one [s]."""
 _SCALE = np.array([1.0, 1.0, 1.0, LEVER, LEVER, LEVER])
 
 
@@ -84,7 +82,7 @@ def update_wheel_yaw(
     innovation = turning - wheels
     require_finite(innovation)
     # N readings within the correlation time say as much as one: each has N times the variance.
-    shared = max(1.0, _YAW_CORRELATION / seconds)
+    shared = max(1.0, CORRELATION / seconds)
     variance = (c.wheel_yaw_floor**2 + (c.wheel_yaw_share * turning) ** 2) * shared
     # Derivatives by bias and psi: 1, w.
     (bb, _, bp), _, (_, _, pp) = state.full_covariance[8:11, 8:11].tolist()
@@ -167,7 +165,7 @@ def update_tilt(state: FilterState, config: EkfConfig, elapsed: float) -> Filter
     )
     # The farther the force is from g, the more of it is motion.
     sd = config.tilt * (1.0 + abs(float(np.linalg.norm(force)) - GRAVITY))
-    r = np.eye(2) * (sd**2 * max(1.0, _TILT_CORRELATION / elapsed))
+    r = np.eye(2) * (sd**2 * max(1.0, CORRELATION / elapsed))
     innovation = measured - np.array([roll, pitch])
     if nis_of(state, innovation, h, r) <= config.tilt_gate:
         return corrected(state, innovation, h, r)
@@ -183,7 +181,7 @@ def update_reported_tilt(
     roll, pitch, _ = euler_from_rotation(state.pose.rotation)
     innovation = np.array([tilt.roll - roll, tilt.pitch - pitch])
     sigma = max(config.tilt, tilt.sigma)
-    r = np.eye(2) * (sigma**2 * max(1.0, _TILT_CORRELATION / elapsed))
+    r = np.eye(2) * (sigma**2 * max(1.0, CORRELATION / elapsed))
     h = _tilt_jacobian(roll, pitch)
     if nis_of(state, innovation, h, r) <= config.tilt_gate:
         return corrected(state, innovation, h, r)

@@ -74,7 +74,7 @@ class RosBag:
             motion = Motion.WHEELS if wheels else Motion.GYRO
         else:
             motion = Motion.SCANNER
-        level = all(mount.rotation[2, 2] > 0.9 for mount in self.mounts.values())
+        level = all(mount.is_level for mount in self.mounts.values())
         return SensorConfiguration(motion, flat=level and ros_types.POINT_CLOUD not in kinds)
 
     def __iter__(self) -> Iterator[Reading]:

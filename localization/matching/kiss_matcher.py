@@ -5,11 +5,14 @@ from __future__ import annotations
 import numpy as np
 
 from localization.maps.cloud import Cloud
-from localization.motion.kiss_icp import KissAligner, KissConfig, VoxelHashMap, thinned
+from localization.motion.kiss_icp import (
+    FEWEST_POINTS,
+    KissAligner,
+    KissConfig,
+    VoxelHashMap,
+    thinned,
+)
 from localization.types import Pose, Sweep
-
-_FEWEST_POINTS = 30
-"""Sweeps with fewer points than this are not aligned."""
 
 
 class KissMatcher:
@@ -25,7 +28,7 @@ class KissMatcher:
 
     def locate(self, sweep: Sweep, guess: Pose) -> Pose | None:
         """Return the aligned ``map_from_base``, starting from a guess; None for a sweep without points."""
-        if len(sweep.points) < _FEWEST_POINTS:
+        if len(sweep.points) < FEWEST_POINTS:
             return None
         keypoints = thinned(sweep.points, self._config.keypoint_spacing)
         return self._aligner.align(keypoints, self._voxels, guess)

@@ -15,8 +15,6 @@ _MOST_POINTS = 2000
 with 16 planes, 4000 gave an error of 2.8 mm, 2000 one of 3.0 mm in two thirds of the time."""
 _SLICE = 0.15
 """Points of such a scanner this near to its own height count as a horizontal scan [m]."""
-_LEVEL = 0.9
-"""A scanner whose z axis is this near to the robot's (cosine) counts as horizontal."""
 
 
 def deskew(
@@ -34,9 +32,10 @@ def deskew(
         begins = np.broadcast_to(base_from_scanner.position, mounted.shape)
         beams.append(np.stack([mounted, begins]))
         stamps.append(scan.stamp + offsets)
-        level = base_from_scanner.rotation[2, 2] > _LEVEL
         flat = np.abs(beam @ base_from_scanner.rotation[2]) < _SLICE
-        horizontal.append(flat if isinstance(scan, PointScan) else np.full(len(beam), level))
+        horizontal.append(
+            flat if isinstance(scan, PointScan) else np.full(len(beam), base_from_scanner.is_level)
+        )
     points, origins = track.carried(
         np.concatenate(beams, axis=1), np.concatenate(stamps), *track.moment(stamp)
     )

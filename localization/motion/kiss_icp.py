@@ -18,6 +18,9 @@ from kiss_icp.voxelization import voxel_down_sample
 from localization.geometry import FloatArray
 from localization.types import Pose
 
+FEWEST_POINTS = 30
+"""Sweeps with fewer points than this are not aligned."""
+
 
 @dataclass(frozen=True, slots=True)
 class KissConfig:

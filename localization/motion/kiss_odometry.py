@@ -9,7 +9,13 @@ import numpy as np
 from localization.errors import LocalizationError
 from localization.geometry import FloatArray
 from localization.motion.alignment_covariance import alignment_covariance
-from localization.motion.kiss_icp import KissAligner, KissConfig, VoxelHashMap, thinned
+from localization.motion.kiss_icp import (
+    FEWEST_POINTS,
+    KissAligner,
+    KissConfig,
+    VoxelHashMap,
+    thinned,
+)
 from localization.types import Pose, Sweep
 
 ObservedMotion = tuple[Pose, FloatArray]
@@ -17,8 +23,6 @@ ObservedMotion = tuple[Pose, FloatArray]
 
 _CONSOLIDATE_AFTER = 10
 """The points of the local map are read out again after this many sweeps; that takes 0.1 to 0.5 ms."""
-_FEWEST_POINTS = 30
-"""Sweeps with fewer points than this are not aligned."""
 _NOTHING = np.zeros((0, 3))
 _NOTHING.flags.writeable = False
 
@@ -92,7 +96,7 @@ class KissOdometry:
         c = self.config
         flat = sweep.points[sweep.horizontal] * [1.0, 1.0, 0.0]
         guess = state.pose @ Pose.planar(motion.position[0], motion.position[1], motion.yaw)
-        if len(flat) < _FEWEST_POINTS:
+        if len(flat) < FEWEST_POINTS:
             return replace(state, pose=guess), None, None
         state = self._with_map_of(state)
         pose, observed, covariance = guess, None, None

@@ -27,8 +27,6 @@ from localization.relocalization.search_window import Window
 from localization.relocalization.verification import same_place
 from localization.types import SECOND, Candidate, Hint, HintVerdict, Mounts, Pose, Sweep, Verdict
 
-_HORIZONTAL = 0.9
-"""A scanner whose z axis is this near to the robot's (cosine) counts as horizontal."""
 _DEFAULT_HEIGHT = 0.3
 """Height of the floor plan for a robot without a horizontal scanner [m]."""
 
@@ -215,7 +213,7 @@ class Relocalizer:
         """
         self._by_itself, self._schedule = by_itself, config.search_schedule
         self._world, self._config, self._hypotheses = world, config.search, config.hypotheses
-        horizontal = [p.position[2] for p in mounts.values() if p.rotation[2, 2] > _HORIZONTAL]
+        horizontal = [p.position[2] for p in mounts.values() if p.is_level]
         height = float(horizontal[0]) if horizontal else _DEFAULT_HEIGHT
         c = config.search
         plan = FloorPlan(world, height, cell=c.cell, sigma=c.field_sigma)

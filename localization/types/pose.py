@@ -20,6 +20,9 @@ from localization.geometry import (
 )
 from localization.types.arrays import InvalidReadingError, read_only, require_finite
 
+_LEVEL = 0.9
+"""Cosine of the angle between the vertical axes of frames that are level to each other, at least."""
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Pose:
@@ -93,6 +96,11 @@ class Pose:
         """Map points, (3,) or (N, 3) [m], from this pose's right-hand frame to its left-hand one."""
         moved: FloatArray = points @ self.rotation.T + self.position
         return moved
+
+    @property
+    def is_level(self) -> bool:
+        """Whether its z axes are less than 26 degrees apart, as those of a horizontal scanner and its robot are."""
+        return bool(self.rotation[2, 2] > _LEVEL)
 
     @property
     def euler(self) -> tuple[float, float, float]:

@@ -87,7 +87,7 @@ class Guard:
         )
         self.rule = Rule(self.outline, ramps, self.config)
         """What is admissible."""
-        self._scanners = {m.rotation[2, 2] > 0.9: name for name, m in mounts.items()}
+        self._scanners = {m.is_level: name for name, m in mounts.items()}
         self._override = ""
         self._health: Health | None = None
         self._ways = [True] * 4

@@ -98,7 +98,7 @@ class Surroundings:
         """
         self._mounts, self._heights = mounts, heights
         self._upright = next(
-            (float(m.position[0]) for m in mounts.values() if m.rotation[2, 2] <= 0.9), math.nan
+            (float(m.position[0]) for m in mounts.values() if not m.is_level), math.nan
         )
         self._points = np.zeros((0, 8))
         self._unseen = np.zeros((0, 2))
@@ -116,7 +116,7 @@ class Surroundings:
         stamps = scan.stamp + scan.offsets
         self.heard[scan.scanner] = int(stamps[-1]) if len(stamps) else scan.stamp
         poses = odometry.at(stamps.astype(float))
-        if mount.rotation[2, 2] > 0.9:
+        if mount.is_level:
             self._take_horizontal(scan, mount, poses, odometry)
             self._points = self._points[~self._overrun(odometry)]
         elif scan.stamp >= self._since:
@@ -252,9 +252,7 @@ class Surroundings:
         low, high = self._heights
         hit = (aside < _ASIDE) & (z > low + _FLOOR * aside) & (z < high)
         seen = planar(points[hit], poses[hit])
-        level = next(
-            (m.position[2] for m in self._mounts.values() if m.rotation[2, 2] > 0.9), math.inf
-        )
+        level = next((m.position[2] for m in self._mounts.values() if m.is_level), math.inf)
         crossed = np.abs(points[hit, 2] - level) < 0.1
         here = odometry.into_base(self._points[:, :2])
         renewed = self._in_strip(here)
