@@ -12,6 +12,7 @@ from typing import Final, Literal, Self
 
 from websockets.asyncio.client import ClientConnection
 
+from teleop.rosbridge.client.callbacks import call_back
 from teleop.rosbridge.client.connector import Connector
 from teleop.rosbridge.client.goals import Feedback, GoalResult, goal_result
 from teleop.rosbridge.client.pending_requests import PendingRequests
@@ -58,6 +59,9 @@ class Client:
             timeout: Time for connecting, for the answer to a ping, and for a call [s].
             token: Token of this client, which is sent in the header of the request.
             tls: Trusted certificates for ``wss://`` servers; those of the system by default.
+
+        Raises:
+            ClientError: If the token is not one line of ASCII.
         """
         connector = Connector(url, keepalive=keepalive, timeout=timeout, token=token, tls=tls)
         self.url = connector.url
@@ -365,7 +369,7 @@ class Client:
                 case {"op": "action_feedback", "id": str(identity), "values": values}:
                     report = self._feedback.get(identity)
                     if report is not None and isinstance(values, dict):
-                        report(values)
+                        call_back(identity, report, values)
                 case {"op": "action_result", "id": str(identity)}:
                     self._goals.complete(identity, operation)
                 case {"op": "status", "msg": text}:
@@ -377,4 +381,4 @@ class Client:
         if not self._status:
             _LOG.warning("%s: %s", self.url, text)
         for callback in self._status:
-            callback(level, text)
+            call_back("statuses", callback, level, text)

@@ -131,6 +131,27 @@ async def test_failing_callback_is_logged_and_others_run(caplog: pytest.LogCaptu
 
 
 @in_a_loop
+async def test_failing_callback_of_statuses_or_the_connection_does_not_make_a_client_deaf(
+    caplog: pytest.LogCaptureFixture,
+) -> None:
+    def fall(*_: object) -> None:
+        raise ZeroDivisionError
+
+    async with serving() as server:
+        client = listening(server.url)
+        client.on_status(fall)
+        client.on_connection(fall)
+        async with client:
+            await client.advertise(
+                "/chatter", "std_msgs/String"
+            )  # of the server: it answers with a status
+            with pytest.raises(ServiceCallError, match="/nope does not exist"):
+                await client.call("/nope")
+        for subject in ("statuses", "the connection"):
+            assert f"a callback of {subject} failed" in caplog.text
+
+
+@in_a_loop
 async def test_reconnecting_restores_subscriptions_and_advertisements() -> None:
     states: list[ConnectionState] = []
     received: list[Message] = []

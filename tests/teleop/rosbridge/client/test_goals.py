@@ -53,6 +53,20 @@ async def test_goals_at_the_same_time_have_their_own_feedback_and_results() -> N
 
 
 @in_a_loop
+async def test_a_goal_has_its_result_though_the_callback_of_its_feedback_fails() -> None:
+    def report(goal: Goal) -> None:
+        goal.feedback({"distance": 0.2})
+        goal.succeed({"outcome": "done", "distance": 0.5})
+
+    def fall(_: Message) -> None:
+        raise ZeroDivisionError
+
+    async with moving(report) as (_, client):
+        result = await client.run_goal("/move", KIND, {"distance": 0.5}, feedback=fall)
+        assert result.values["outcome"] == "done"
+
+
+@in_a_loop
 async def test_a_goal_that_is_not_executed_is_rejected_with_the_reason() -> None:
     def refuse(goal: Goal) -> None:
         raise ServiceError("somebody else drives")
