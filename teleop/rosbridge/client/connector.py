@@ -36,6 +36,8 @@ class Connector:
         tls: ssl.SSLContext | None,
     ) -> None:
         """Take the arguments of ``Client``."""
+        if token is not None and not (token.isascii() and token.isprintable()):
+            raise ClientError("token must be one line of ASCII")  # said here, without the token
         self.url = url.partition("?")[0]
         """URL of the server for messages, without its query, which may contain a token."""
 

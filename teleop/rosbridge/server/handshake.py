@@ -199,6 +199,6 @@ def _is_preflight(request: Request) -> bool:
 
 
 def _token(request: Request) -> str | None:
-    """Return the token in a request, if there is one."""
-    given = request.headers.get_all("Authorization")
-    return token_in(request.path, given[0] if given else None)
+    """Return the token in a request, if there is one; in the header it is UTF-8."""
+    given = [value.encode("iso-8859-1") for value in request.headers.get_all("Authorization")]
+    return token_in(request.path, given[0].decode(errors="replace") if given else None)

@@ -31,6 +31,7 @@ from teleop.rosbridge import (
     serve_rosapi,
     tls_context,
 )
+from teleop.rosbridge.auth.credentials import Credential, Credentials, token_digest
 from teleop.rosbridge.errors import ClientError, ServerError, ServiceCallError
 from teleop.rosbridge.limits import ClientLimits
 from tests.teleop.rosbridge.auth.test_permissions import TOKENS, credentials
@@ -79,6 +80,16 @@ async def test_tokens_are_accepted_in_url_header_and_operation() -> None:
             assert await client.call("/rosapi/topics")
             with pytest.raises(ServiceCallError, match="operate may not call /rosapi/set_param"):
                 await client.call("/rosapi/set_param", {"name": "/a", "value": "1"})
+
+
+@in_a_loop
+async def test_a_token_of_any_letters_is_taken_as_utf_8_from_the_header() -> None:
+    token = "Łukasz' geheimer Schlüssel"
+    async with guarded() as server:
+        access = credentials().keys[0].access
+        server.protocol.update_credentials(Credentials((Credential(access, token_digest(token)),)))
+        header = f"Bearer {token}".encode().decode("iso-8859-1")  # http.client encodes it so
+        assert (await fetch(server, "/map.ply", authorization=header))[0] == 200
 
 
 @in_a_loop

@@ -238,6 +238,12 @@ async def test_wrong_address_is_a_one_line_error(url: str, text: str) -> None:
     assert "\n" not in str(caught.value)
 
 
+@pytest.mark.parametrize("token", ["secret-of-the-lab\n", "geheim-ist-schön"])
+def test_token_that_no_header_holds_is_refused_without_being_repeated(token: str) -> None:
+    with pytest.raises(ClientError, match=r"^token must be one line of ASCII$"):
+        Client("ws://127.0.0.1:9090", token=token)
+
+
 @in_a_loop
 async def test_other_kind_of_server_is_a_one_line_error() -> None:
     async def page(reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
