@@ -1,4 +1,4 @@
-"""Calls of a program's callbacks, which must not end the connection that they are told about."""
+"""Calls of a program's callbacks, which must not end its connection."""
 
 from __future__ import annotations
 
