@@ -126,7 +126,7 @@ class Handshake:
                 return response
             socket.access = authenticator.verify_token(token)
             if socket.access is None:
-                guesses.wrong(socket.host, socket.now)
+                guesses.wrong(socket.host, token, socket.now)
             else:
                 guesses.accepted(socket.host, token, socket.now)
         public = self._pages.is_public(request.path) if route is None else route.public
