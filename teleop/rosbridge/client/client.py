@@ -316,6 +316,9 @@ class Client:
         try:
             await self.call(_PROBE, timeout=min(self._timeout, 5.0))
         except ServiceCallError as error:
+            _, refused, why = str(error).partition(f"{_PROBE}: call_service: ")
+            if refused:
+                raise ClientError(f"{self.url} refuses this client: {why}") from None
             if "no response" in str(error):
                 raise ClientError(
                     f"{self.url} is a WebSocket server, but does not speak rosbridge"
@@ -373,9 +376,17 @@ class Client:
                 case {"op": "action_result", "id": str(identity)}:
                     self._goals.complete(identity, operation)
                 case {"op": "status", "msg": text}:
+                    self._fail_refused(operation)
                     self._report(str(operation.get("level", "error")), str(text))
                 case _:
                     self._report("error", "the server sent an operation that is not for clients")
+
+    def _fail_refused(self, status: Message) -> None:
+        """Fail the call or goal that a server refuses with a status instead of an answer."""
+        if isinstance(identity := status.get("id"), str) and status.get("level") == "error":
+            answer = {"result": False, "values": status["msg"]}
+            self._calls.complete(identity, answer)
+            self._goals.complete(identity, answer)
 
     def _report(self, level: str, text: str) -> None:
         if not self._status:

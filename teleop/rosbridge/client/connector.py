@@ -13,6 +13,7 @@ from typing import Any, Final
 
 from websockets.asyncio.client import ClientConnection, connect
 from websockets.exceptions import InvalidHandshake, InvalidStatus, InvalidURI
+from websockets.http11 import Response
 
 from teleop.rosbridge.errors import ClientError
 
@@ -102,13 +103,26 @@ class Connector:
         except InvalidStatus as error:
             if error.response.status_code == HTTPStatus.UNAUTHORIZED:
                 raise ClientError(f"{self.url} does not accept this client's token") from error
-            raise ClientError(f"{self.url} is not a rosbridge server: {error}") from error
+            raise ClientError(f"{self.url} {_refusal(error.response)}") from error
         except (InvalidHandshake, EOFError) as error:
             raise ClientError(f"{self.url} is not a rosbridge server: {error}") from error
         except TimeoutError as error:
             raise ClientError(f"{self.url} does not answer within {self._timeout:g} s") from error
         except OSError as error:
             raise ClientError(f"no server listens at {self.url}: {_cause(error)}") from error
+
+
+def _refusal(response: Response) -> str:
+    """Return in one line what an answer that is no WebSocket says."""
+    status = response.status_code
+    if status not in (HTTPStatus.FORBIDDEN, HTTPStatus.TOO_MANY_REQUESTS) and status < 500:
+        return f"is not a rosbridge server: it answers HTTP {status}"
+    # A server that does not take this client now, or a proxy before it.
+    kind = "".join(response.headers.get_all("Content-Type"))
+    said = (response.body or b"").decode(errors="replace").partition("\n")[0][:200]
+    if not kind.startswith("text/plain") or not said.isprintable():
+        said = f"HTTP {status}"
+    return f"refuses the connection: {said}"
 
 
 def _cause(error: OSError) -> str:

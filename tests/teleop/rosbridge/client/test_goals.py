@@ -3,16 +3,24 @@
 from __future__ import annotations
 
 import asyncio
+import json
 from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager
 from typing import Any
 
 import pytest
+from websockets.asyncio.server import ServerConnection, serve
 
 from teleop.rosbridge.client.client import Client
 from teleop.rosbridge.client.goals import GoalResult, goal_result
 from teleop.rosbridge.client.pending_requests import PendingRequests
-from teleop.rosbridge.errors import ClientError, GoalLostError, GoalRejectedError, ServiceError
+from teleop.rosbridge.errors import (
+    ClientError,
+    GoalLostError,
+    GoalRejectedError,
+    ServiceCallError,
+    ServiceError,
+)
 from teleop.rosbridge.graph.goals import Goal, GoalStatus
 from teleop.rosbridge.messages.message_types import Message
 from teleop.rosbridge.server.server import Server
@@ -77,6 +85,24 @@ async def test_a_goal_that_is_not_executed_is_rejected_with_the_reason() -> None
         with pytest.raises(GoalRejectedError, match="/fly: "):
             await client.run_goal("/fly", KIND, {})
         assert client.connected
+
+
+@in_a_loop
+async def test_a_goal_or_call_that_a_server_answers_with_a_status_fails_with_its_reason() -> None:
+    async def attend(connection: ServerConnection) -> None:
+        async for frame in connection:
+            asked = json.loads(frame)
+            answer = {"op": "status", "level": "error", "msg": f"Unknown operation: {asked['op']}"}
+            await connection.send(json.dumps({**answer, "id": asked["id"]}))
+
+    async with (
+        serve(attend, "127.0.0.1", 0) as old,
+        Client(f"ws://127.0.0.1:{old.sockets[0].getsockname()[1]}") as client,
+    ):
+        with pytest.raises(GoalRejectedError, match="/move: Unknown operation: send_action_goal"):
+            await client.run_goal("/move", KIND, {})
+        with pytest.raises(ServiceCallError, match="/stop: Unknown operation: call_service"):
+            await client.call("/stop")
 
 
 @in_a_loop

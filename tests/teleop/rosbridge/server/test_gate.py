@@ -267,7 +267,8 @@ def test_a_program_that_repeats_one_wrong_token_does_not_lock_out_its_address() 
         for token in ("of yesterday", "revoked"):
             assert not guesses.locked("10.0.0.6", token, number * 5 * SECOND)
             guesses.wrong("10.0.0.6", token, number * 5 * SECOND)
-    assert not guesses.locked("10.0.0.6", "a new one", now := 1000 * SECOND)
+    now = 1000 * SECOND
+    assert not guesses.locked("10.0.0.6", "a new one", now)
     for _ in range(10):  # codes of rosauth, of which each is another
         guesses.wrong("10.0.0.6", "", now)
     assert guesses.locked("10.0.0.6", "", now)
