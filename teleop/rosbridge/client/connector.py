@@ -93,9 +93,11 @@ class Connector:
     async def _open(self) -> ClientConnection:
         try:
             return await connect(self._target, **self._options)
-        except ssl.SSLError as error:  # certificate errors are ValueErrors, too
-            why = getattr(error, "verify_message", "") or error.reason or "no TLS"
-            raise ClientError(f"{self.url} is not trusted: {why}") from error
+        except ssl.SSLCertVerificationError as error:  # which is a ValueError, too
+            raise ClientError(f"{self.url} is not trusted: {error.verify_message}") from error
+        except ssl.SSLError as error:
+            why = f"{error.reason or 'it closes the connection'}; is it at ws://?"
+            raise ClientError(f"{self.url} has no TLS in common with this client: {why}") from error
         except (InvalidURI, ValueError) as error:  # the latter for invalid ports and brackets
             raise ClientError(
                 f"{self.url!r} is not a valid URL such as ws://127.0.0.1:9090"
@@ -105,7 +107,8 @@ class Connector:
                 raise ClientError(f"{self.url} does not accept this client's token") from error
             raise ClientError(f"{self.url} {_refusal(error.response)}") from error
         except (InvalidHandshake, EOFError) as error:
-            raise ClientError(f"{self.url} is not a rosbridge server: {error}") from error
+            hint = "; is it at wss://?" if self.url.startswith("ws:") else ""
+            raise ClientError(f"{self.url} is not a rosbridge server: {error}{hint}") from error
         except TimeoutError as error:
             raise ClientError(f"{self.url} does not answer within {self._timeout:g} s") from error
         except OSError as error:

@@ -251,12 +251,15 @@ async def test_tls_clients_connect_if_they_trust_the_certificate(tmp_path: Path)
             assert bytes((await received.get())["data"]) == bytes(range(256)) * 10_000
         with pytest.raises(ClientError, match="is not trusted: self-signed certificate"):
             await Client(server.url, token=VIEW).connect()
-        with pytest.raises(ClientError):
+        with pytest.raises(ClientError, match=r"is not a rosbridge server: .*; is it at wss://\?"):
             await Client(server.url.replace("wss:", "ws:"), token=VIEW).connect()
+        async with guarded() as plain:
+            with pytest.raises(ClientError, match=r"has no TLS in common .*; is it at ws://\?"):
+                await Client(plain.url.replace("ws:", "wss:"), token=VIEW).connect()
         old = ssl.create_default_context(cafile=str(crt))
         with pytest.warns(DeprecationWarning, match="TLSv1_1"):
             old.minimum_version = old.maximum_version = ssl.TLSVersion.TLSv1_1
-        with pytest.raises(ClientError, match="is not trusted"):
+        with pytest.raises(ClientError, match="has no TLS in common with this client"):
             await Client(server.url, token=VIEW, tls=old).connect()
         async with Client(server.url, token=VIEW, tls=trust) as client:
             assert await client.call("/rosapi/topics")
