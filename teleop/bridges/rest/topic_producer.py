@@ -3,11 +3,8 @@
 from __future__ import annotations
 
 import asyncio
-import contextlib
-from collections.abc import AsyncIterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
-
-from aiokafka import AIOKafkaProducer
 
 from teleop.bridges.client_life import FAILURES, TIMEOUT, cancelled_requests
 from teleop.bridges.producer import Producer
@@ -29,7 +26,7 @@ class TopicProducer:
             RestError: If a record names a partition that the topic has not.
             KafkaError: If there is no broker; TimeoutError and OSError likewise.
         """
-        async with self._answering() as producer:
+        async with self._producer.answering() as producer:
             partitions = await producer.partitions_for(topic)
         for record in records:
             if record.partition is not None and record.partition not in partitions:
@@ -53,24 +50,13 @@ class TopicProducer:
         Raises:
             KafkaError: If there is no broker; TimeoutError and OSError likewise.
         """
-        async with self._answering() as producer:
+        async with self._producer.answering() as producer:
             cluster = await producer.client.fetch_all_metadata()
         return sorted(cluster.topics(exclude_internal_topics=True))
 
     async def close(self) -> None:
         """Disconnect."""
         await self._producer.close()
-
-    @contextlib.asynccontextmanager
-    async def _answering(self) -> AsyncIterator[AIOKafkaProducer]:
-        """Give the producer; where the brokers that it knows do not answer, the next one asks for them anew."""
-        producer = await self._producer.started()
-        try:
-            async with asyncio.timeout(2 * TIMEOUT):
-                yield producer
-        except FAILURES:
-            await self.close()
-            raise
 
     async def _placed(self, sent: asyncio.Future[Any]) -> dict[str, Any]:
         try:
