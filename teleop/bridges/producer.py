@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import asyncio
+import contextlib
 import logging
+from collections.abc import AsyncIterator
 from typing import Any, Final
 
 from aiokafka import AIOKafkaProducer
@@ -36,15 +38,24 @@ class Producer:
         Raises:
             KafkaError: If the broker does not take it; TimeoutError and OSError likewise. It may have it all the same.
         """
+        async with self.answering() as producer:
+            sent = await producer.send_and_wait(topic, value, key=key, partition=partition)
+        return int(sent.offset)
+
+    @contextlib.asynccontextmanager
+    async def answering(self) -> AsyncIterator[AIOKafkaProducer]:
+        """Give the producer, connected, for a request; where it fails, the next one begins with the brokers' addresses.
+
+        Raises:
+            KafkaError: If there is no broker, or none that answers; TimeoutError and OSError likewise.
+        """
         try:
             with cancelled_requests():
                 async with asyncio.timeout(2 * TIMEOUT):
-                    producer = await self.started()
-                    sent = await producer.send_and_wait(topic, value, key=key, partition=partition)
+                    yield await self._started()
         except BaseException:
             await self.close()
             raise
-        return int(sent.offset)
 
     async def close(self) -> None:
         """Give up the connection; the next record opens another."""
@@ -52,13 +63,8 @@ class Producer:
         if producer is not None:
             await stop(producer)
 
-    async def started(self) -> AIOKafkaProducer:
-        """Return the producer, connected.
-
-        Raises:
-            KafkaError: If there is no broker; TimeoutError and OSError likewise.
-        """
-        async with self._starting, asyncio.timeout(2 * TIMEOUT):
+    async def _started(self) -> AIOKafkaProducer:
+        async with self._starting:
             if self._producer is None:
                 try:
                     self._producer = await self._start(self._idempotent)

@@ -53,7 +53,7 @@ def read_trips(path: Path) -> tuple[RecordedDelay, RecordedDelay]:
         SettingError: If it cannot be read, or a row is wrong; the message names the line.
     """
     try:
-        with path.open(encoding="utf-8", newline="") as file:
+        with path.open(encoding="utf-8-sig", newline="") as file:  # spreadsheets write the mark
             return parse_trips(file, str(path))
     except OSError as error:
         raise SettingError(f"link: trips={path}: {error.strerror}") from None

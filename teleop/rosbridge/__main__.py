@@ -4,14 +4,12 @@ from __future__ import annotations
 
 import argparse
 import asyncio
-import contextlib
 import signal
 import sys
 from pathlib import Path
 
 from teleop.rosbridge.auth.origins import LOOPBACK
 from teleop.rosbridge.compat.client_traffic import publish_client_traffic
-from teleop.rosbridge.compat.conformance_fixtures import serve_fixtures
 from teleop.rosbridge.compat.standard_services import serve_standard
 from teleop.rosbridge.errors import RosbridgeError
 from teleop.rosbridge.messages.type_registry import TypeRegistry
@@ -35,9 +33,6 @@ def main(arguments: list[str] | None = None) -> int:
         help="add the .msg, .srv and .action files of a package's folder; may be repeated",
     )
     parser.add_argument("--ros1", action="store_true", help="report ROS 1 to clients")
-    parser.add_argument(
-        "--conformance", action="store_true", help="provide what the test suites of clients expect"
-    )
     options = parser.parse_args(arguments)
     try:
         asyncio.run(_serve(options))
@@ -54,13 +49,10 @@ async def _serve(options: argparse.Namespace) -> None:
     server = Server(protocol, options.host, options.port)
     serve_standard(protocol)
     publish_client_traffic(server)
-    if options.conformance:
-        serve_fixtures(protocol)
     stop = asyncio.Event()
     loop = asyncio.get_running_loop()
     for number in (signal.SIGINT, signal.SIGTERM):
-        with contextlib.suppress(NotImplementedError):
-            loop.add_signal_handler(number, stop.set)
+        loop.add_signal_handler(number, stop.set)
     async with server:
         sys.stdout.write(f"rosbridge at {server.url}; Ctrl-C ends\n")
         if options.host not in LOOPBACK:

@@ -45,10 +45,14 @@ class MotionPlatformBridge:
     def __init__(
         self, config: MotionPlatformConfig, client: Client, follower: Follower, say: Say
     ) -> None:
-        """Take a client that is not connected yet."""
+        """Take a client that is not connected yet.
+
+        Raises:
+            SettingError: If there is no host of the name to send to.
+        """
         self._client, self._follower, self._say = client, follower, say
-        self._to = None if config.udp is None else host_and_port(config.udp, "udp")
-        self._socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+        self._udp, self._to = config.udp, None if config.udp is None else _look_up(config.udp)
+        self._socket = socket.socket(self._to[0] if self._to else socket.AF_INET, socket.SOCK_DGRAM)
         self._socket.setblocking(False)
         self._faults, self._unsent = Seldom(), Seldom()
         self._following: bool | None = None
@@ -109,9 +113,9 @@ class MotionPlatformBridge:
         if self._to is None:
             return
         try:
-            self._socket.sendto(pack(pose), self._to)
+            self._socket.sendto(pack(pose), self._to[1])
         except OSError as error:
-            self._unsent.say(self._say, f"{self._to[0]}:{self._to[1]}: {error.strerror}")
+            self._unsent.say(self._say, f"udp {self._udp}: {error.strerror}")
 
     async def _publish(self, pose: PlatformPose) -> None:
         if not self._client.connected:
@@ -125,11 +129,24 @@ class MotionPlatformBridge:
         await self._client.publish(POSE, {"header": header, "pose": both})
 
 
+def _look_up(udp: str) -> tuple[socket.AddressFamily, Any]:
+    """Return family and address of ``host:port``: once, since a look-up may take seconds, and a pose is due each 10 ms.
+
+    Raises:
+        SettingError: If there is no such host.
+    """
+    try:
+        found = socket.getaddrinfo(*host_and_port(udp, "udp"), type=socket.SOCK_DGRAM)
+    except OSError as error:
+        raise SettingError(f"udp {udp}: {error.strerror}") from None
+    return found[0][0], found[0][4]
+
+
 async def run_motion_platform(config: MotionPlatformConfig, say: Say) -> None:
     """Run a bridge until it is cancelled.
 
     Raises:
-        SettingError: If the platform, the token or the certificate cannot be read.
+        SettingError: If platform, token or certificate cannot be read, or there is no host to send to.
         ClientError: If the robot's address is no robot's, or it does not accept the token.
         PartEndedError: If a part of the bridge has ended without an error.
     """
@@ -151,12 +168,13 @@ class _Listener(asyncio.DatagramProtocol):
 
     def datagram_received(self, data: bytes, addr: object) -> None:
         """Take one."""
+        now = asyncio.get_running_loop().time()
         try:
-            self.newest = self._receiver.take(data)
+            self.newest = self._receiver.take(data, settled=now - self.at > LATE)
         except DatagramError as error:
             self._refused.say(self._say, f"refused: {error}")
             return
-        self.at = asyncio.get_running_loop().time()
+        self.at = now
 
 
 async def run_motion_receiver(config: MotionReceiverConfig, say: Say) -> None:

@@ -61,4 +61,4 @@ def host_and_port(text: str, name: str) -> tuple[str, int]:
     host, _, port = text.rpartition(":")
     if not host or not port.isdecimal() or not 0 < int(port) < 65536:
         raise SettingError(f"{name} must be host:port with a port of 1 to 65535, got {text}")
-    return host, int(port)
+    return host.removeprefix("[").removesuffix("]"), int(port)

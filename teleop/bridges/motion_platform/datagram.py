@@ -85,35 +85,40 @@ class Receiver:
         self._rate = np.zeros(6)
         self.accepted = self.refused = 0
 
-    def take(self, data: bytes) -> PlatformPose:
+    def take(self, data: bytes, *, settled: bool = False) -> PlatformPose:
         """Return a pose that may be gone to.
+
+        Args:
+            data: The datagram.
+            settled: Whether the platform has settled, since none was accepted for ``LATE``: a bridge may begin anew.
 
         Raises:
             DatagramError: If it may not. What was accepted before stays in force until ``LATE``.
         """
         try:
             pose = unpack(data)
-            self._check(pose)
+            self._check(pose, settled=settled)
         except DatagramError:
             self.refused += 1
             raise
         self.accepted += 1
         return pose
 
-    def _check(self, pose: PlatformPose) -> None:
+    def _check(self, pose: PlatformPose, *, settled: bool) -> None:
         limits, last = self._platform.limits, self._last
         _within("position", pose.pose, limits.position)
         off = float(np.abs(self._platform.leg_lengths(pose.pose) - pose.legs).max())
         if off > _EXACT:
             raise DatagramError(f"a leg is {off:.6f} m off what the pose asks for")
-        if last is None:
+        steps = 0 if last is None else (pose.sequence - last.sequence) % 2**32
+        in_order = 0 < steps < 2**31
+        if last is None or (settled and not in_order):
             _within(
                 "first position, which must be level,", pose.pose, limits.acceleration * PERIOD**2
             )
             rate = pose.pose / PERIOD  # it was level a period before
         else:
-            steps = (pose.sequence - last.sequence) % 2**32
-            if not 0 < steps < 2**31:
+            if not in_order:
                 raise DatagramError(f"number {pose.sequence} after {last.sequence}")
             if pose.stamp <= last.stamp:
                 raise DatagramError("its stamp is not after that of the one before")

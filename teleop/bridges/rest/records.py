@@ -61,7 +61,12 @@ def _bytes(value: object, format: Format, where: str) -> bytes | None:
         return None
     if format == "json":
         # As ASCII: JSON may hold halves of characters, UTF-8 may not.
-        return json.dumps(value, separators=(",", ":")).encode()
+        try:
+            return json.dumps(value, separators=(",", ":"), allow_nan=False).encode()
+        except ValueError:
+            raise Failure.UNREADABLE.error(
+                f"{where} has a number that JSON does not know"
+            ) from None
     if not isinstance(value, str):
         raise Failure.UNREADABLE.error(f"{where} must be base64 in a text")
     try:

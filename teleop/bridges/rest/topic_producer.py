@@ -26,8 +26,7 @@ class TopicProducer:
             RestError: If a record names a partition that the topic has not.
             KafkaError: If there is no broker; TimeoutError and OSError likewise.
         """
-        producer = await self._producer.started()
-        async with asyncio.timeout(2 * TIMEOUT):
+        async with self._producer.answering() as producer:
             partitions = await producer.partitions_for(topic)
         for record in records:
             if record.partition is not None and record.partition not in partitions:
@@ -51,8 +50,7 @@ class TopicProducer:
         Raises:
             KafkaError: If there is no broker; TimeoutError and OSError likewise.
         """
-        producer = await self._producer.started()
-        async with asyncio.timeout(2 * TIMEOUT):
+        async with self._producer.answering() as producer:
             cluster = await producer.client.fetch_all_metadata()
         return sorted(cluster.topics(exclude_internal_topics=True))
 

@@ -142,6 +142,8 @@ def _why(error: Exception) -> str:
         return "no permission; add yourself to its group (on Debian dialout)"
     if isinstance(error, SerialException) and "exclusively lock" in str(error):
         return "another program has it open"
+    if isinstance(error, SerialException) and "Inappropriate ioctl" in str(error):
+        return "it is no serial port"
     if number == errno.EIO:
         return "it was unplugged"
     return getattr(error, "strerror", None) or str(error)

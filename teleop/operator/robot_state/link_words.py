@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from typing import Final
 
 _WORDS: Final = (
@@ -25,6 +26,6 @@ _WORDS: Final = (
 def plain_reason(reason: str) -> str:
     """Return why a connection was lost, in words; reasons that are words already stay."""
     for part, words in _WORDS:
-        if part in reason:
+        if re.search(rf"\b{part}\b", reason):  # a port such as 10080 is no close code
             return words
     return reason or "the connection broke off"

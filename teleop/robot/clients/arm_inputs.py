@@ -37,6 +37,7 @@ from teleop.robot.topics.arm_topics import (
 )
 from teleop.rosbridge.errors import MessageError, ServiceError
 from teleop.rosbridge.protocol.protocol import Protocol
+from teleop.rosbridge.ros_time import nanoseconds
 
 _SERVO: Final = (JOG.name, TWIST.name, POSE.name)
 """Topics of MoveIt Servo, by the numbers of ``moveit_msgs/ServoCommandType``."""
@@ -149,10 +150,7 @@ class ArmInputs:
         self, client: int, topic: str, wish: Wish, message: Mapping[str, Any], now: int
     ) -> None:
         ages = self._ages.setdefault(client, {}).setdefault(topic, CommandAge())
-        stamp = 0
-        if "header" in message:
-            time = message["header"]["stamp"]
-            stamp = int(time["sec"]) * 1_000_000_000 + int(time["nanosec"])
+        stamp = nanoseconds(message["header"]["stamp"]) if "header" in message else 0
         arrived = ages.observe(now, stamp, self._round_trips(client))
         name = self._connections.name(client)
         if not self._wishes.post(ArmWish(name, wish, now, arrived.age, arrived.rested)):

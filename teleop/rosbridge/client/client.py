@@ -12,6 +12,7 @@ from typing import Final, Literal, Self
 
 from websockets.asyncio.client import ClientConnection
 
+from teleop.rosbridge.client.callbacks import call_back
 from teleop.rosbridge.client.connector import Connector
 from teleop.rosbridge.client.goals import Feedback, GoalResult, goal_result
 from teleop.rosbridge.client.pending_requests import PendingRequests
@@ -58,6 +59,9 @@ class Client:
             timeout: Time for connecting, for the answer to a ping, and for a call [s].
             token: Token of this client, which is sent in the header of the request.
             tls: Trusted certificates for ``wss://`` servers; those of the system by default.
+
+        Raises:
+            ClientError: If the token is not one line of ASCII.
         """
         connector = Connector(url, keepalive=keepalive, timeout=timeout, token=token, tls=tls)
         self.url = connector.url
@@ -312,6 +316,9 @@ class Client:
         try:
             await self.call(_PROBE, timeout=min(self._timeout, 5.0))
         except ServiceCallError as error:
+            _, refused, why = str(error).partition(f"{_PROBE}: call_service: ")
+            if refused:
+                raise ClientError(f"{self.url} refuses this client: {why}") from None
             if "no response" in str(error):
                 raise ClientError(
                     f"{self.url} is a WebSocket server, but does not speak rosbridge"
@@ -365,16 +372,24 @@ class Client:
                 case {"op": "action_feedback", "id": str(identity), "values": values}:
                     report = self._feedback.get(identity)
                     if report is not None and isinstance(values, dict):
-                        report(values)
+                        call_back(identity, report, values)
                 case {"op": "action_result", "id": str(identity)}:
                     self._goals.complete(identity, operation)
                 case {"op": "status", "msg": text}:
+                    self._fail_refused(operation)
                     self._report(str(operation.get("level", "error")), str(text))
                 case _:
                     self._report("error", "the server sent an operation that is not for clients")
+
+    def _fail_refused(self, status: Message) -> None:
+        """Fail the call or goal that a server refuses with a status instead of an answer."""
+        if isinstance(identity := status.get("id"), str) and status.get("level") == "error":
+            answer = {"result": False, "values": status["msg"]}
+            self._calls.complete(identity, answer)
+            self._goals.complete(identity, answer)
 
     def _report(self, level: str, text: str) -> None:
         if not self._status:
             _LOG.warning("%s: %s", self.url, text)
         for callback in self._status:
-            callback(level, text)
+            call_back("statuses", callback, level, text)

@@ -13,6 +13,7 @@ from typing import Any, Final
 
 from websockets.asyncio.client import ClientConnection, connect
 from websockets.exceptions import InvalidHandshake, InvalidStatus, InvalidURI
+from websockets.http11 import Response
 
 from teleop.rosbridge.errors import ClientError
 
@@ -36,6 +37,8 @@ class Connector:
         tls: ssl.SSLContext | None,
     ) -> None:
         """Take the arguments of ``Client``."""
+        if token is not None and not (token.isascii() and token.isprintable()):
+            raise ClientError("token must be one line of ASCII")  # said here, without the token
         self.url = url.partition("?")[0]
         """URL of the server for messages, without its query, which may contain a token."""
 
@@ -90,9 +93,11 @@ class Connector:
     async def _open(self) -> ClientConnection:
         try:
             return await connect(self._target, **self._options)
-        except ssl.SSLError as error:  # certificate errors are ValueErrors, too
-            why = getattr(error, "verify_message", "") or error.reason or "no TLS"
-            raise ClientError(f"{self.url} is not trusted: {why}") from error
+        except ssl.SSLCertVerificationError as error:  # which is a ValueError, too
+            raise ClientError(f"{self.url} is not trusted: {error.verify_message}") from error
+        except ssl.SSLError as error:
+            why = f"{error.reason or 'it closes the connection'}; is it at ws://?"
+            raise ClientError(f"{self.url} has no TLS in common with this client: {why}") from error
         except (InvalidURI, ValueError) as error:  # the latter for invalid ports and brackets
             raise ClientError(
                 f"{self.url!r} is not a valid URL such as ws://127.0.0.1:9090"
@@ -100,13 +105,27 @@ class Connector:
         except InvalidStatus as error:
             if error.response.status_code == HTTPStatus.UNAUTHORIZED:
                 raise ClientError(f"{self.url} does not accept this client's token") from error
-            raise ClientError(f"{self.url} is not a rosbridge server: {error}") from error
+            raise ClientError(f"{self.url} {_refusal(error.response)}") from error
         except (InvalidHandshake, EOFError) as error:
-            raise ClientError(f"{self.url} is not a rosbridge server: {error}") from error
+            hint = "; is it at wss://?" if self.url.startswith("ws:") else ""
+            raise ClientError(f"{self.url} is not a rosbridge server: {error}{hint}") from error
         except TimeoutError as error:
             raise ClientError(f"{self.url} does not answer within {self._timeout:g} s") from error
         except OSError as error:
             raise ClientError(f"no server listens at {self.url}: {_cause(error)}") from error
+
+
+def _refusal(response: Response) -> str:
+    """Return in one line what an answer that is no WebSocket says."""
+    status = response.status_code
+    if status not in (HTTPStatus.FORBIDDEN, HTTPStatus.TOO_MANY_REQUESTS) and status < 500:
+        return f"is not a rosbridge server: it answers HTTP {status}"
+    # A server that does not take this client now, or a proxy before it.
+    kind = "".join(response.headers.get_all("Content-Type"))
+    said = (response.body or b"").decode(errors="replace").partition("\n")[0][:200]
+    if not kind.startswith("text/plain") or not said.isprintable():
+        said = f"HTTP {status}"
+    return f"refuses the connection: {said}"
 
 
 def _cause(error: OSError) -> str:

@@ -11,6 +11,7 @@ from typing import Final
 from websockets.asyncio.client import ClientConnection
 from websockets.exceptions import ConnectionClosed
 
+from teleop.rosbridge.client.callbacks import call_back
 from teleop.rosbridge.client.connector import Connector
 from teleop.rosbridge.errors import ClientError
 
@@ -138,4 +139,4 @@ class ReconnectingConnection:
 
     def _notify(self, state: ConnectionState) -> None:
         for callback in self._states:
-            callback(state)
+            call_back("the connection", callback, state)

@@ -2,17 +2,14 @@
 
 from __future__ import annotations
 
-import logging
 from collections.abc import Callable
-from typing import Final, TypeAlias
+from typing import TypeAlias
 
+from teleop.rosbridge.client.callbacks import call_back
 from teleop.rosbridge.errors import RosbridgeError
 from teleop.rosbridge.messages.message_completion import complete
 from teleop.rosbridge.messages.message_types import Message
 from teleop.rosbridge.messages.type_registry import TypeRegistry
-
-_LOG: Final = logging.getLogger(__name__)
-
 
 Callback: TypeAlias = Callable[[Message], None]
 """Takes a message."""
@@ -54,8 +51,7 @@ class Subscriptions:
                     completed[type] = (
                         complete(self._registry, type, message, finite=False) if known else message
                     )
-                callback(completed[type])
             except RosbridgeError as error:
                 self._report("error", f"{topic}: {error}")
-            except Exception:
-                _LOG.exception("a callback of %s failed", topic)
+            else:
+                call_back(topic, callback, completed[type])

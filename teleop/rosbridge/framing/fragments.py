@@ -48,9 +48,9 @@ class Reassembly:
             OperationError: If the fragment is invalid or exceeds a limit.
         """
         if type(total) is not int or not 1 <= total <= _MAX_FRAGMENTS:
-            raise OperationError(f"total must be 1 to {_MAX_FRAGMENTS}, got {str(total)[:20]}")
+            raise OperationError(f"total must be 1 to {_MAX_FRAGMENTS}, got {repr(total)[:20]}")
         if type(num) is not int or not 0 <= num < total:
-            raise OperationError(f"num must be 0 to {total - 1}, got {str(num)[:20]}")
+            raise OperationError(f"num must be 0 to {total - 1}, got {repr(num)[:20]}")
         if not isinstance(data, str):
             raise OperationError("data must be a string")
         message = self._messages.get(identity)

@@ -22,6 +22,9 @@ PADDING: Final = "structure_needs_at_least_one_member"
 
 ENDINGS: Final = ("msg", "srv", "action")
 
+_REST: Final = 3
+"""Line of the errors of rosbags from which on they repeat what could not be parsed."""
+
 
 @lru_cache(maxsize=1024)  # parsing takes 1 ms each, and every server parses the same
 def parse(name: str, text: str) -> tuple[str, Definition]:
@@ -35,8 +38,12 @@ def parse(name: str, text: str) -> tuple[str, Definition]:
     try:
         return canonical, get_types_from_msg(text.strip() + "\n", canonical)[canonical]
     except (TypesysError, KeyError, ValueError) as error:
-        line = str(error).splitlines()[0] if str(error) else type(error).__name__
-        raise TypeNameError(f"the definition of {name} cannot be parsed: {line}") from error
+        left = (line.partition("#")[0].strip() for line in str(error).splitlines()[_REST:])
+        where = next(filter(None, left), type(error).__name__)
+        raise TypeNameError(
+            f"the definition of {name} cannot be parsed at {where[:80]!r};"
+            " a line is a type and a name, such as float64 x"
+        ) from error
 
 
 def parts(name: str, text: str, count: int, what: str) -> list[str]:
@@ -67,6 +74,9 @@ def definitions(folder: Traversable) -> Iterator[tuple[str, str, str]]:
     """Yield suffix, type name and text of each definition in a package's folder.
 
     The folder has the name of the package and contains the files, or ``msg``, ``srv`` and ``action``.
+
+    Raises:
+        TypeNameError: If one cannot be read.
     """
     files = []
     for entry in folder.iterdir():
@@ -77,7 +87,15 @@ def definitions(folder: Traversable) -> Iterator[tuple[str, str, str]]:
     for file in sorted(files, key=lambda file: file.name):
         stem, _, ending = file.name.rpartition(".")
         if stem and ending in ENDINGS:
-            yield ending, f"{folder.name}/{stem}", file.read_text(encoding="utf-8")
+            yield ending, f"{folder.name}/{stem}", _text(file)
+
+
+def _text(file: Traversable) -> str:
+    try:
+        return file.read_text(encoding="utf-8-sig")
+    except (OSError, UnicodeDecodeError) as error:
+        reason = getattr(error, "strerror", None) or "it is no text in UTF-8"
+        raise TypeNameError(f"cannot read {file}: {reason}") from error
 
 
 def _field(name: str, description: Any) -> Field:

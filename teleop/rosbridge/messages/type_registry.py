@@ -82,7 +82,7 @@ class TypeRegistry:
         and ``action``. ``folder`` is such a folder, or contains several.
 
         Raises:
-            TypeNameError: If there are no files, one cannot be parsed, or a field's type is unknown.
+            TypeNameError: If there are no files, one cannot be read or parsed, or a field's type is unknown.
         """
         if not folder.is_dir():
             raise TypeNameError(f"{folder} is not a folder")

@@ -73,7 +73,7 @@ class SessionOperations:
             return
         admission = self._authenticator.verify_operation(operation)
         if admission is None:
-            self._guesses.wrong(client.host, now)
+            self._guesses.wrong(client.host, secret, now)
             self._observer.authenticated(client, None, now)
             self._connections.close(client.id, POLICY_VIOLATION, "auth: rejected")
             return

@@ -16,21 +16,23 @@ _BURST: Final = 10
 """Wrong tokens that are answered at once; a person mistypes, a program has the wrong file."""
 
 _MAX_ADDRESSES: Final = 1024
-_MAX_ACCEPTED: Final = 16
-"""Digests of accepted tokens that are kept of each address."""
+_MAX_DIGESTS: Final = 16
+"""Digests of accepted tokens, and of wrong ones, that are kept of each address."""
 
 
 @dataclass(slots=True)
 class _Address:
     wrong: TokenBucket
     accepted: dict[bytes, None] = field(default_factory=dict)
+    rejected: dict[bytes, None] = field(default_factory=dict)
 
 
 class TokenGuesses:
     """Counts the wrong tokens of each address.
 
     While an address is locked, a token is not even compared, so that guessing is limited; but one
-    that it has used before is, so that nobody locks out an operator from the same address.
+    that it has sent before is, and is no guess: neither a guesser nor a program that goes on trying
+    with a token of yesterday locks out an operator from the same address.
     """
 
     def __init__(self, guessed: Callable[[str, int], object] = lambda host, now: None) -> None:
@@ -41,7 +43,8 @@ class TokenGuesses:
     def locked(self, host: str, token: str, now: int) -> bool:
         """Return whether a token of an address is to be refused without a look at it."""
         address = self._addresses.get(host)
-        if address is None or self.known(host, token):
+        digest = token_digest(token)
+        if address is None or digest in address.accepted or digest in address.rejected:
             return False
         if address.wrong.missing(now) <= _BURST - 1:
             return False
@@ -55,15 +58,16 @@ class TokenGuesses:
 
     def accepted(self, host: str, token: str, now: int) -> None:
         """Remember a right token of an address."""
-        accepted = self._address(host, now).accepted
-        accepted[token_digest(token)] = None
-        while len(accepted) > _MAX_ACCEPTED:
-            del accepted[next(iter(accepted))]
+        _keep(self._address(host, now).accepted, token_digest(token))
 
-    def wrong(self, host: str, now: int) -> None:
-        """Count a wrong token of an address."""
+    def wrong(self, host: str, token: str, now: int) -> None:
+        """Count a wrong token of an address; an empty one stands for a rosauth code."""
         self._guessed(host, now)
-        self._address(host, now).wrong.spend(1, now)
+        address, digest = self._address(host, now), token_digest(token)
+        if digest not in address.rejected:
+            address.wrong.spend(1, now)
+            if token:
+                _keep(address.rejected, digest)
 
     def _address(self, host: str, now: int) -> _Address:
         address = self._addresses.pop(host, None)
@@ -73,3 +77,9 @@ class TokenGuesses:
         while len(self._addresses) > _MAX_ADDRESSES:
             del self._addresses[next(iter(self._addresses))]
         return address
+
+
+def _keep(digests: dict[bytes, None], digest: bytes) -> None:
+    digests[digest] = None
+    while len(digests) > _MAX_DIGESTS:
+        del digests[next(iter(digests))]

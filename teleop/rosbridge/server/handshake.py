@@ -126,7 +126,7 @@ class Handshake:
                 return response
             socket.access = authenticator.verify_token(token)
             if socket.access is None:
-                guesses.wrong(socket.host, socket.now)
+                guesses.wrong(socket.host, token, socket.now)
             else:
                 guesses.accepted(socket.host, token, socket.now)
         public = self._pages.is_public(request.path) if route is None else route.public
@@ -199,6 +199,6 @@ def _is_preflight(request: Request) -> bool:
 
 
 def _token(request: Request) -> str | None:
-    """Return the token in a request, if there is one."""
-    given = request.headers.get_all("Authorization")
-    return token_in(request.path, given[0] if given else None)
+    """Return the token in a request, if there is one; in the header it is UTF-8."""
+    given = [value.encode("iso-8859-1") for value in request.headers.get_all("Authorization")]
+    return token_in(request.path, given[0].decode(errors="replace") if given else None)

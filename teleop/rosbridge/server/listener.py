@@ -56,6 +56,8 @@ class Listener(ABC):
             )
         except OSError as error:
             raise ServerError(_cannot_listen(self.host, self._port, error)) from error
+        except OverflowError as error:
+            raise ServerError(f"port must be 0 to 65535, got {self._port}") from error
         self._reception = reception
         self._errors = AcceptErrors(loop)
 

@@ -8,6 +8,7 @@ from typing import Final
 
 import h11
 from websockets.datastructures import Headers
+from websockets.exceptions import InvalidHeaderValue
 from websockets.http11 import Request
 
 MAX_BODY: Final = 16_384
@@ -57,7 +58,7 @@ class RequestReader:
         """
         try:
             return self._read_body(data) if self.request else self._read_head(data)
-        except h11.RemoteProtocolError as error:
+        except (h11.RemoteProtocolError, InvalidHeaderValue) as error:
             raise RequestError(HTTPStatus.BAD_REQUEST, NOT_UNDERSTOOD) from error
 
     @property
@@ -114,7 +115,8 @@ def _request_of(event: h11.Request) -> Request:
 
 
 def _text(data: bytes) -> str:
-    return data.decode(errors="replace")
+    """Return text of a head as websockets does: any bytes may be in a header, such as the cookie of another program."""
+    return data.decode("iso-8859-1")
 
 
 def _clear_body(request: Request, head: bytearray) -> bool:

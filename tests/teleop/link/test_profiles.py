@@ -66,9 +66,10 @@ def test_every_profile_says_where_it_is_from_and_can_be_changed_by_later_words()
     assert LinkConfig.parse(("geo", "up.delay=0.1")).down.delay == 0.3
 
 
-def test_a_recording_is_replayed_row_by_row_and_begins_again(tmp_path: Path) -> None:
+@pytest.mark.parametrize("encoding", ["utf-8", "utf-8-sig"])
+def test_a_recording_is_replayed_row_by_row_and_begins_again(tmp_path: Path, encoding: str) -> None:
     file = tmp_path / "trips.csv"
-    file.write_text("time_s,up_ms,down_ms\n0,100,10\n1,200,\n2,300,30\n3,0,0\n", encoding="utf-8")
+    file.write_text("time_s,up_ms,down_ms\n0,100,10\n1,200,\n2,300,30\n3,0,0\n", encoding)
     link = LinkEmulation(LinkConfig.parse((f"trips={file}",)))
     sent = [0.0, 0.5, 1.0, 1.9, 2.5, 3.0, 4.2]
     arrived = [link.arrival(1, 100, round(t * SECOND)) / SECOND for t in sent]

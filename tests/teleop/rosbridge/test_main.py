@@ -76,5 +76,8 @@ async def test_startup_errors_are_one_line() -> None:
     async with serving() as server:
         status, said = await asyncio.to_thread(run, "--port", str(server.port))
         assert (status, "is in use" in said, said.count("\n")) == (2, True, 1)
-    status, said = await asyncio.to_thread(run, "--messages", "/nowhere")
-    assert (status, said) == (2, "/nowhere is not a folder\n")
+    for wrong, expected in (
+        (("--messages", "/nowhere"), "/nowhere is not a folder\n"),
+        (("--port", "90900"), "port must be 0 to 65535, got 90900\n"),
+    ):
+        assert await asyncio.to_thread(run, *wrong) == (2, expected)

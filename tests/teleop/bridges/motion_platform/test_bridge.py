@@ -5,6 +5,7 @@ from __future__ import annotations
 import asyncio
 import contextlib
 import math
+import socket
 from collections.abc import AsyncIterator
 from socket import SOCK_DGRAM
 from typing import Any
@@ -20,6 +21,7 @@ from teleop.bridges.motion_platform.bridge import (
 from teleop.bridges.motion_platform.bridge_config import (
     MotionPlatformConfig,
     MotionReceiverConfig,
+    host_and_port,
 )
 from teleop.errors import SettingError
 from teleop.ros_types import registry
@@ -89,6 +91,24 @@ async def test_what_is_no_attitude_is_named_and_not_followed() -> None:
                 server.protocol.topics.publish("/imu/data", wrong, server.now)
                 await asyncio.sleep(0.02)
             assert "following the robot" not in said
+
+
+@in_a_loop
+async def test_a_host_to_send_to_is_looked_up_once_and_refused_by_its_name() -> None:
+    assert host_and_port("[::1]:9095", "udp") == ("::1", 9095)
+    looks: list[tuple[Any, ...]] = []
+
+    def look(*asked: Any, **_: Any) -> Any:
+        looks.append(asked)
+        raise socket.gaierror(socket.EAI_NONAME, "Name or service not known")
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(socket, "getaddrinfo", look)
+        with pytest.raises(SettingError, match="udp chair:9095: Name or service not known"):
+            await run_motion_platform(
+                MotionPlatformConfig("ws://127.0.0.1:1", udp="chair:9095"), print
+            )
+    assert looks == [("chair", 9095)]
 
 
 @pytest.mark.parametrize(

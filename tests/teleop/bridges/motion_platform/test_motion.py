@@ -227,7 +227,7 @@ def test_a_datagram_that_was_changed_is_refused(change: Any, reason: str) -> Non
         unpack(change(pack(Follower(PLATFORM, "tilt", 1.0).step(1.0))))
 
 
-def test_a_receiver_refuses_what_is_old_jumps_or_has_other_legs() -> None:
+def test_a_receiver_refuses_what_is_old_jumps_or_has_other_legs_and_takes_a_new_beginning() -> None:
     receiver = Receiver(PLATFORM)
     _, poses = follow(Follower(PLATFORM, "tilt", 1.0), 0.6, 0.0, lambda now: imu(roll=0.15))
     for pose in poses[:20]:
@@ -242,6 +242,12 @@ def test_a_receiver_refuses_what_is_old_jumps_or_has_other_legs() -> None:
     assert receiver.take(pack(poses[20])).sequence == 21
     with pytest.raises(DatagramError, match="first position"):
         Receiver(PLATFORM).take(pack(poses[40]))
+    # A bridge that was started again begins level, and is believed once the platform is.
+    with pytest.raises(DatagramError, match="number 1 after 21"):
+        receiver.take(pack(poses[0]))
+    with pytest.raises(DatagramError, match="first position"):
+        receiver.take(pack(poses[19]), settled=True)
+    assert receiver.take(pack(poses[0]), settled=True).sequence == 1
 
 
 @pytest.mark.parametrize(

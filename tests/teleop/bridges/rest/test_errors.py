@@ -18,7 +18,7 @@ from teleop.bridges.rest.consumers import IDLE, MAX_CONSUMERS, Consumers
 from teleop.bridges.rest.errors import RestError
 from teleop.bridges.rest.handlers import MAX_BODY
 from tests.teleop.bridges.rest.support import JSON, PLAIN, glasses, proxy
-from tests.teleop.bridges.support import PATIENCE, Broker, free_port
+from tests.teleop.bridges.support import PATIENCE, Broker, broker, free_port
 from tests.teleop.support import in_a_loop
 
 ONE = '{"records": [{"value": 1}]}'
@@ -61,6 +61,14 @@ REFUSED = [
     ("POST /topics/t", '{"records": []}', [SEND], 42201, "1 to 1000 records"),
     ("POST /topics/t", '{"records": [{"key": 1}]}', [SEND], 42201, "records[0] must be"),
     ("POST /topics/t", '{"records": [{"value": 1, "x": 2}]}', [SEND], 42201, "records[0]"),
+    ("POST /topics/t", '{"records": [{"value": NaN}]}', [SEND], 42201, "records[0].value has"),
+    (
+        "POST /topics/t",
+        '{"records": [{"value": [-1e999]}]}',
+        [SEND],
+        42201,
+        "[0].value has a number",
+    ),
     (
         "POST /topics/t",
         '{"records": [{"value": 1, "partition": -1}]}',
@@ -122,6 +130,19 @@ async def test_a_broker_that_is_not_there_is_said_so() -> None:
         status, _, answer = await client.ask("POST /topics/t", ONE, SEND)
         assert (status, answer["error_code"]) == (500, 50002)
         assert answer["message"].startswith("Kafka error: ")
+
+
+@in_a_loop
+async def test_a_broker_that_has_moved_is_asked_for_at_the_address_that_was_given(
+    tmp_path: Path,
+) -> None:
+    with broker(tmp_path, advertised=free_port()) as moving:
+        async with proxy(moving.direct) as server, glasses(server.url) as client:
+            assert (await client.ask("GET /topics"))[0] == 500
+            moving.kill()
+            moving.address = moving.direct
+            moving.start()
+            assert (await client.ask("GET /topics"))[0] == 200
 
 
 @in_a_loop

@@ -194,6 +194,13 @@ async def test_two_bridges_do_not_share_a_board(tmp_path: Path) -> None:
 
 
 @in_a_loop
+async def test_a_port_that_is_none_is_said_so(tmp_path: Path) -> None:
+    (tmp_path / "board").write_text("a sketch, not a device")
+    async with bridge("ws://127.0.0.1:1", tmp_path / "board") as said:
+        await until(says(said, f"no board at {tmp_path / 'board'}: it is no serial port;"), said)
+
+
+@in_a_loop
 async def test_a_board_that_takes_nothing_stops_nothing_else(tmp_path: Path) -> None:
     with BoardPort(tmp_path / "board") as port:
         end = os.open(port.name, os.O_WRONLY | os.O_NONBLOCK | os.O_NOCTTY)

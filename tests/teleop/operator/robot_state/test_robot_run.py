@@ -360,10 +360,11 @@ def test_old_commands_are_reported_with_what_the_robot_does(
             "the robot's server was shut down",
         ),
         ("no close frame received or sent", "the connection broke off"),
-        (
-            "no server listens at ws://x: Connection refused",
-            "no server listens at ws://x: Connection refused",
+        *(
+            (f"no server listens at ws://{x}: Connection refused",) * 2
+            for x in ("x", "robot:10080", "robot:11012")
         ),
+        ("received 1008 (policy violation) barred", "the robot's server refused this station"),
         ("", "the connection broke off"),
     ],
 )

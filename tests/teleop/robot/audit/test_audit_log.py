@@ -129,7 +129,7 @@ def test_wrong_tokens_leave_a_line_a_second_with_their_number_and_addresses() ->
     for number in range(3000):
         rig.now = number * SECOND // 1000
         host = "10.0.0.6" if number % 2 else f"10.1.{number % 1000 // 250}.{number % 250}"
-        rig.protocol.token_guesses.wrong(host, rig.now)
+        rig.protocol.token_guesses.wrong(host, str(number), rig.now)
         if number % 5 == 0:
             rig.protocol.token_guesses.locked("10.0.0.6", "another", rig.now)
         rig.protocol.timers.tick(rig.now)

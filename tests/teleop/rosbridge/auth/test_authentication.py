@@ -31,6 +31,7 @@ from teleop.rosbridge import (
     serve_rosapi,
     tls_context,
 )
+from teleop.rosbridge.auth.credentials import Credential, Credentials, token_digest
 from teleop.rosbridge.errors import ClientError, ServerError, ServiceCallError
 from teleop.rosbridge.limits import ClientLimits
 from tests.teleop.rosbridge.auth.test_permissions import TOKENS, credentials
@@ -82,6 +83,16 @@ async def test_tokens_are_accepted_in_url_header_and_operation() -> None:
 
 
 @in_a_loop
+async def test_a_token_of_any_letters_is_taken_as_utf_8_from_the_header() -> None:
+    token = "Łukasz' geheimer Schlüssel"
+    async with guarded() as server:
+        access = credentials().keys[0].access
+        server.protocol.update_credentials(Credentials((Credential(access, token_digest(token)),)))
+        header = f"Bearer {token}".encode().decode("iso-8859-1")  # http.client encodes it so
+        assert (await fetch(server, "/map.ply", authorization=header))[0] == 200
+
+
+@in_a_loop
 async def test_wrong_tokens_are_rejected_in_the_handshake() -> None:
     async with guarded() as server:
         for url, header in (
@@ -95,6 +106,8 @@ async def test_wrong_tokens_are_rejected_in_the_handshake() -> None:
         with pytest.raises(ClientError, match="does not accept this client's token"):
             await Client(server.url, token=GUESS).connect()
         assert len(server.protocol.connections) == 0
+        with pytest.raises(ClientError, match="this client: authentication with a token is requir"):
+            await Client(server.url).connect()
 
 
 @in_a_loop
@@ -238,12 +251,15 @@ async def test_tls_clients_connect_if_they_trust_the_certificate(tmp_path: Path)
             assert bytes((await received.get())["data"]) == bytes(range(256)) * 10_000
         with pytest.raises(ClientError, match="is not trusted: self-signed certificate"):
             await Client(server.url, token=VIEW).connect()
-        with pytest.raises(ClientError):
+        with pytest.raises(ClientError, match=r"is not a rosbridge server: .*; is it at wss://\?"):
             await Client(server.url.replace("wss:", "ws:"), token=VIEW).connect()
+        async with guarded() as plain:
+            with pytest.raises(ClientError, match=r"has no TLS in common .*; is it at ws://\?"):
+                await Client(plain.url.replace("ws:", "wss:"), token=VIEW).connect()
         old = ssl.create_default_context(cafile=str(crt))
         with pytest.warns(DeprecationWarning, match="TLSv1_1"):
             old.minimum_version = old.maximum_version = ssl.TLSVersion.TLSv1_1
-        with pytest.raises(ClientError, match="is not trusted"):
+        with pytest.raises(ClientError, match="has no TLS in common with this client"):
             await Client(server.url, token=VIEW, tls=old).connect()
         async with Client(server.url, token=VIEW, tls=trust) as client:
             assert await client.call("/rosapi/topics")

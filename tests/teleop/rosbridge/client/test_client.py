@@ -131,6 +131,27 @@ async def test_failing_callback_is_logged_and_others_run(caplog: pytest.LogCaptu
 
 
 @in_a_loop
+async def test_failing_callback_of_statuses_or_the_connection_does_not_make_a_client_deaf(
+    caplog: pytest.LogCaptureFixture,
+) -> None:
+    def fall(*_: object) -> None:
+        raise ZeroDivisionError
+
+    async with serving() as server:
+        client = listening(server.url)
+        client.on_status(fall)
+        client.on_connection(fall)
+        async with client:
+            await client.advertise(
+                "/chatter", "std_msgs/String"
+            )  # of the server: it answers with a status
+            with pytest.raises(ServiceCallError, match="/nope does not exist"):
+                await client.call("/nope")
+        for subject in ("statuses", "the connection"):
+            assert f"a callback of {subject} failed" in caplog.text
+
+
+@in_a_loop
 async def test_reconnecting_restores_subscriptions_and_advertisements() -> None:
     states: list[ConnectionState] = []
     received: list[Message] = []
@@ -217,17 +238,34 @@ async def test_wrong_address_is_a_one_line_error(url: str, text: str) -> None:
     assert "\n" not in str(caught.value)
 
 
+@pytest.mark.parametrize("token", ["secret-of-the-lab\n", "geheim-ist-schön"])
+def test_token_that_no_header_holds_is_refused_without_being_repeated(token: str) -> None:
+    with pytest.raises(ClientError, match=r"^token must be one line of ASCII$"):
+        Client("ws://127.0.0.1:9090", token=token)
+
+
+@pytest.mark.parametrize(
+    ("answer", "text"),
+    [
+        (b"200 OK\r\nContent-Length: 0", "is not a rosbridge server: it answers HTTP 200"),
+        (b"502 Bad Gateway\r\nContent-Length: 0", "refuses the connection: HTTP 502"),
+        (
+            b"503 Full\r\nContent-Type: text/plain\r\nContent-Length: 9\r\n\r\ntoo many\n",
+            "refuses the connection: too many",
+        ),
+    ],
+)
 @in_a_loop
-async def test_other_kind_of_server_is_a_one_line_error() -> None:
+async def test_other_kind_of_server_is_a_one_line_error(answer: bytes, text: str) -> None:
     async def page(reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
         await reader.readline()
-        writer.write(b"HTTP/1.1 200 OK\r\nContent-Length: 0\r\n\r\n")
+        writer.write(b"HTTP/1.1 " + answer + b"\r\n\r\n")
         writer.close()
 
     server = await asyncio.start_server(page, "127.0.0.1", 0)
     async with server:
         url = f"ws://127.0.0.1:{server.sockets[0].getsockname()[1]}"
-        with pytest.raises(ClientError, match="is not a rosbridge server"):
+        with pytest.raises(ClientError, match=text):
             await listening(url).connect()
 
 

@@ -3,16 +3,24 @@
 from __future__ import annotations
 
 import asyncio
+import json
 from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager
 from typing import Any
 
 import pytest
+from websockets.asyncio.server import ServerConnection, serve
 
 from teleop.rosbridge.client.client import Client
 from teleop.rosbridge.client.goals import GoalResult, goal_result
 from teleop.rosbridge.client.pending_requests import PendingRequests
-from teleop.rosbridge.errors import ClientError, GoalLostError, GoalRejectedError, ServiceError
+from teleop.rosbridge.errors import (
+    ClientError,
+    GoalLostError,
+    GoalRejectedError,
+    ServiceCallError,
+    ServiceError,
+)
 from teleop.rosbridge.graph.goals import Goal, GoalStatus
 from teleop.rosbridge.messages.message_types import Message
 from teleop.rosbridge.server.server import Server
@@ -53,6 +61,20 @@ async def test_goals_at_the_same_time_have_their_own_feedback_and_results() -> N
 
 
 @in_a_loop
+async def test_a_goal_has_its_result_though_the_callback_of_its_feedback_fails() -> None:
+    def report(goal: Goal) -> None:
+        goal.feedback({"distance": 0.2})
+        goal.succeed({"outcome": "done", "distance": 0.5})
+
+    def fall(_: Message) -> None:
+        raise ZeroDivisionError
+
+    async with moving(report) as (_, client):
+        result = await client.run_goal("/move", KIND, {"distance": 0.5}, feedback=fall)
+        assert result.values["outcome"] == "done"
+
+
+@in_a_loop
 async def test_a_goal_that_is_not_executed_is_rejected_with_the_reason() -> None:
     def refuse(goal: Goal) -> None:
         raise ServiceError("somebody else drives")
@@ -63,6 +85,24 @@ async def test_a_goal_that_is_not_executed_is_rejected_with_the_reason() -> None
         with pytest.raises(GoalRejectedError, match="/fly: "):
             await client.run_goal("/fly", KIND, {})
         assert client.connected
+
+
+@in_a_loop
+async def test_a_goal_or_call_that_a_server_answers_with_a_status_fails_with_its_reason() -> None:
+    async def attend(connection: ServerConnection) -> None:
+        async for frame in connection:
+            asked = json.loads(frame)
+            answer = {"op": "status", "level": "error", "msg": f"Unknown operation: {asked['op']}"}
+            await connection.send(json.dumps({**answer, "id": asked["id"]}))
+
+    async with (
+        serve(attend, "127.0.0.1", 0) as old,
+        Client(f"ws://127.0.0.1:{old.sockets[0].getsockname()[1]}") as client,
+    ):
+        with pytest.raises(GoalRejectedError, match="/move: Unknown operation: send_action_goal"):
+            await client.run_goal("/move", KIND, {})
+        with pytest.raises(ServiceCallError, match="/stop: Unknown operation: call_service"):
+            await client.call("/stop")
 
 
 @in_a_loop

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import re
 import shutil
 import subprocess
 import sys
@@ -20,16 +19,16 @@ from tests.teleop.rosbridge.support import ROOT
 
 @contextmanager
 def conformance_server() -> Iterator[str]:
-    """Run ``python -m teleop.rosbridge --conformance``; yield its address."""
-    command = [sys.executable, "-m", "teleop.rosbridge", "--conformance", "--port", "0"]
-    with subprocess.Popen(command, cwd=ROOT, stdout=subprocess.PIPE, text=True) as process:
+    """Run ``conformance_server.py``; yield its address."""
+    command = [sys.executable, "-m", f"{__package__}.conformance_server"]
+    pipe = subprocess.PIPE
+    with subprocess.Popen(command, cwd=ROOT, stdin=pipe, stdout=pipe, text=True) as process:
+        assert process.stdin is not None
+        assert process.stdout is not None
         try:
-            assert process.stdout is not None
-            found = re.search(r"ws://127\.0\.0\.1:\d+", process.stdout.readline())
-            assert found is not None
-            yield found[0]
+            yield process.stdout.readline().strip()
         finally:
-            process.terminate()
+            process.stdin.close()
             assert process.wait(20) == 0
 
 

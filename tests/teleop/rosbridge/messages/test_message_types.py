@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 import pytest
@@ -102,10 +103,26 @@ def test_fields_of_unknown_types_are_rejected_on_loading(tmp_path: Path) -> None
         TypeRegistry([tmp_path])
 
 
-@pytest.mark.parametrize("text", ["float64", "[] x", "uint8 = 3", "---"])
-def test_invalid_definitions_are_rejected(text: str) -> None:
-    with pytest.raises(TypeNameError):
-        TypeRegistry().add("odd_msgs/Odd", text)
+def test_definitions_are_read_behind_a_mark_of_utf_8_and_named_if_they_are_no_text(
+    tmp_path: Path,
+) -> None:
+    (tmp_path / "Odd.msg").write_text("float64 angle  # [°]\n", encoding="utf-8-sig")
+    registry = TypeRegistry([tmp_path])
+    assert registry[f"{tmp_path.name}/Odd"].names == {"angle"}
+    (tmp_path / "Odd.msg").write_text("float64 angle  # [°]\n", encoding="iso-8859-1")
+    with pytest.raises(TypeNameError, match=r"cannot read .*/Odd\.msg: it is no text in UTF-8"):
+        TypeRegistry([tmp_path])
+
+
+@pytest.mark.parametrize("line", ["float64", "[] x", "uint8 = 3", "---", "float64 x;", "int8 a-b"])
+def test_invalid_definitions_are_rejected_by_their_line(line: str) -> None:
+    with pytest.raises(TypeNameError, match=f"Odd cannot be parsed at '{re.escape(line)}';"):
+        TypeRegistry().add(
+            "odd_msgs/Odd", f"float64 y\n# the wrong one:\n{line}  # as it is\nbool z"
+        )
+
+
+def test_invalid_services_are_rejected() -> None:
     with pytest.raises(TypeNameError, match="---"):
         TypeRegistry().add_service("odd_msgs/Odd", "bool a\nbool b")
 

@@ -172,6 +172,7 @@ def test_binary_frames_may_contain_json_with_any_characters() -> None:
             {"op": "fragment", "num": 2, "total": 2, "data": ""},
             "fragment: num must be 0 to 1, got 2",
         ),
+        ({"op": "fragment", "num": "0", "total": 2, "data": ""}, "num must be 0 to 1, got '0'"),
         ({"op": "fragment", "num": 0, "total": 1e9, "data": ""}, "total must be 1 to 1024"),
         ({"op": "operate"}, "Unknown operation: operate"),
     ],

@@ -249,15 +249,29 @@ def test_guessing_of_an_address_is_limited_but_not_the_tokens_it_has_used() -> N
         now = number * 10 * STEP
         if not guesses.locked("10.0.0.6", f"wrong{number}", now):
             looked_at += 1
-            guesses.wrong("10.0.0.6", now)
+            guesses.wrong("10.0.0.6", f"wrong{number}", now)
         assert not guesses.locked("10.0.0.6", "right", now)
     assert looked_at <= 10 + 6
     assert guesses.locked("10.0.0.6", "another right one", now)
     assert not guesses.locked("10.0.0.6", "another right one", 75 * SECOND)
     assert not guesses.locked("10.0.0.7", "right", 60 * SECOND)
     for number in range(2000):
-        guesses.wrong(str(number), 0)
+        guesses.wrong(str(number), "wrong", 0)
     assert len(guesses._addresses) == 1024
+
+
+def test_a_program_that_repeats_one_wrong_token_does_not_lock_out_its_address() -> None:
+    guesses = TokenGuesses()
+    guesses.accepted("10.0.0.6", "revoked", 0)
+    for number in range(200):
+        for token in ("of yesterday", "revoked"):
+            assert not guesses.locked("10.0.0.6", token, number * 5 * SECOND)
+            guesses.wrong("10.0.0.6", token, number * 5 * SECOND)
+    now = 1000 * SECOND
+    assert not guesses.locked("10.0.0.6", "a new one", now)
+    for _ in range(10):  # codes of rosauth, of which each is another
+        guesses.wrong("10.0.0.6", "", now)
+    assert guesses.locked("10.0.0.6", "", now)
 
 
 @in_a_loop

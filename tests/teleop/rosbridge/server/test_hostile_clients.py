@@ -196,11 +196,16 @@ REQUESTS = [
     (b"GET /healthz HTTP/1.1\r\nHost: a\r\n" + b"If-None-Match: x\r\n" * 2, 400),
     (b"GET /healthz HTTP/1.1\r\nHost: evil.example:9090\r\n", 403),
     (b"GET /healthz HTTP/1.1\r\nHost: localhost:9090\r\n", 200),
+    (b"GET /healthz HTTP/1.1\r\nHost: localhost:9090\r\nCookie: theme=\x01\r\n", 400),
+    *(
+        (b"GET /healthz HTTP/1.1\r\nHost: localhost:9090\r\nCookie: user=" + cookie + b"\r\n", 200)
+        for cookie in ("Łukasz".encode(), b"M\xfcller")
+    ),
 ]
 
 
 @in_a_loop
-async def test_requests_that_are_too_long_or_in_doubt_are_answered_with_their_code() -> None:
+async def test_requests_that_are_too_long_odd_or_in_doubt_are_answered_with_their_code() -> None:
     async with beside_a_stream() as server:
         for lines, status in REQUESTS:
             reader, writer = await asyncio.open_connection("127.0.0.1", server.port)

@@ -1,4 +1,4 @@
-"""Topics, services and actions that the test suites of rosbridge clients expect of a server.
+"""A server with the topics, services and actions that the test suites of rosbridge clients expect.
 
 Sources: ``tests/`` in the source distribution of roslibpy 2.1.0, ``test/`` of roslibjs. Where an
 action must take time, so that a goal can be cancelled, a step takes half a second.
@@ -6,19 +6,32 @@ action must take time, so that a goal can be cancelled, a step takes half a seco
 
 from __future__ import annotations
 
+import asyncio
+import sys
 from typing import Final
 
+from teleop.rosbridge import Protocol, Server, TypeRegistry
 from teleop.rosbridge.compat.actionlib import serve_actionlib
+from teleop.rosbridge.compat.standard_services import serve_standard
 from teleop.rosbridge.errors import ServiceError
 from teleop.rosbridge.graph.goals import Goal
 from teleop.rosbridge.messages.message_types import Message
-from teleop.rosbridge.protocol.protocol import Protocol
 from teleop.rosbridge.ros_time import SECOND
 from teleop.rosbridge.timers import Timers
 
 _STEP_NS: Final = SECOND // 2
 _MAX_ORDER: Final = 44
 """An int32 holds 47 Fibonacci numbers, of which two are given."""
+
+
+async def main() -> None:
+    """Serve until the end of standard input."""
+    protocol = Protocol(TypeRegistry())
+    serve_standard(protocol)
+    serve_fixtures(protocol)
+    async with Server(protocol, port=0) as server:
+        print(server.url, flush=True)  # noqa: T201 - read by who has started this
+        await asyncio.to_thread(sys.stdin.read)
 
 
 def serve_fixtures(protocol: Protocol) -> None:
@@ -72,3 +85,7 @@ class _Fibonacci:
         self._sequence.append(self._sequence[-1] + self._sequence[-2])
         self._goal.feedback({"sequence": self._sequence})
         self._timers.at(now + _STEP_NS, self._step)
+
+
+if __name__ == "__main__":
+    asyncio.run(main())
