@@ -220,14 +220,11 @@ async def test_operator_authenticates_at_an_encrypted_robot(
 def test_invalid_token_or_certificate_is_rejected(tmp_path: Path) -> None:
     file = tmp_path / "file"
     base = OperateConfig("wss://127.0.0.1:1", file)
-    for content in ("", "two\nlines", "ümlaut"):
-        file.write_text(content, encoding="utf-8")
-        with pytest.raises(SettingError, match="must hold a token"):
-            client_for(replace(base, token=file))
+    file.write_bytes(b"\xff")
+    with pytest.raises(SettingError, match="cannot read the token"):
+        client_for(replace(base, token=file))
     with pytest.raises(SettingError, match="holds no certificate"):
         client_for(replace(base, ca=file))
-    with pytest.raises(SettingError, match="there is no certificate"):
-        client_for(replace(base, ca=tmp_path / "none"))
     with pytest.raises(SettingError, match="needs both"):
         ServeConfig(tls_cert=file)
 

@@ -30,13 +30,13 @@ def trust(ca: Path | None) -> ssl.SSLContext | None:
     """Return a context that trusts a certificate and no other; None without one.
 
     Raises:
-        SettingError: If the file holds no certificate.
+        SettingError: If it cannot be read, or holds no certificate.
     """
     if ca is None:
         return None
     try:
         return ssl.create_default_context(cafile=str(ca))
-    except FileNotFoundError:
-        raise SettingError(f"there is no certificate {ca}") from None
     except ssl.SSLError:
         raise SettingError(f"{ca} holds no certificate (PEM)") from None
+    except OSError as error:
+        raise SettingError(f"there is no certificate {ca}: {error.strerror}") from None
