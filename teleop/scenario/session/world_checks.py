@@ -150,8 +150,8 @@ def _check_scene(scene: str, folder: Path | None) -> None:
         return
     raise ScenarioError(
         path,
-        f"no scene {scene!r}; {_nearest(scene, scene_names())}, or the path of a scene folder, floor"
-        " plan (.toml) or MJCF file (.xml) beside the scenario",
+        f"no scene {scene!r}, nor a scene folder, floor plan (.toml) or MJCF file (.xml) beside the"
+        f" scenario; {_nearest(scene, scene_names())}",
     )
 
 

@@ -88,14 +88,17 @@ class Evaluate:
     """Print a run's report again, computed from its files."""
 
     run: Annotated[Path, tyro.conf.Positional]
-    """Folder of a run, such as runs/2026-01-31T12-00-00."""
+    """Folder of a run of `farsteer sim`, such as runs/2026-01-31T12-00-00."""
     json: bool = False
     """Print the report as JSON."""
 
     def __call__(self) -> int:
         """Compute and print the report."""
         if not (self.run / "summary.json").is_file():
-            raise SettingError(f"{self.run} is not a run: it holds no summary.json")
+            raise SettingError(
+                f"{self.run} is not a run of `farsteer sim`: it holds no summary.json; those of other"
+                " scenarios are judged again by `farsteer scenario replay`"
+            )
 
         from teleop.scenario.tour.report import summary_table
         from teleop.scenario.tour.summary import read_summary

@@ -164,7 +164,7 @@ def test_extras_of_a_scenario_are_in_its_world_at_their_times(rooms: World) -> N
 HAND = {"kind": "hand", "tasks": [{"kind": "wait"}]}
 PARCEL = {"name": "first", "at": [3, 4]}
 BEFORE_ITS_WORLD: list[tuple[Scenario, FieldPath, str]] = [
-    (scenario(world={"scene": "ofice"}), ("world", "scene"), "no scene 'ofice'; did you mean office?, or the path"),
+    (scenario(world={"scene": "ofice"}), ("world", "scene"), "beside the scenario; did you mean office?"),
     (scenario(world={"scene": "../other"}), ("world", "scene"), "is outside the scenario's folder; copy the scene"),
     (scenario(world={"scene": "/etc"}), ("world", "scene"), "is outside the scenario's folder"),
     (scenario(world={"scanner": "sick_lms112"}), ("world", "scanner"), "did you mean sick_lms111"),
