@@ -79,7 +79,7 @@ class Sim:
         if self.json:
             say_json({**summary.to_json(), "folder": folder})
         else:
-            say(*fitted(*summary_table(summary).split("\n")), f"\nfiles in {folder}/")
+            say(*fitted(summary_table(summary)), f"\nfiles in {folder}/")
         return 130 if driven.outcome.ending == "interrupted" else int(not summary.passed)
 
 
@@ -107,5 +107,5 @@ class Evaluate:
         if self.json:
             say_json(summary.to_json())
         else:
-            say(*fitted(*summary_table(summary).split("\n")))
+            say(*fitted(summary_table(summary)))
         return int(not summary.passed)
