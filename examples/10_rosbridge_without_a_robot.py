@@ -1,5 +1,6 @@
 """The rosbridge library alone: a server with a topic and a service of your own, and a client that uses both."""
 
+import argparse
 import asyncio
 from typing import Any
 
@@ -23,4 +24,5 @@ async def main() -> None:
 
 
 if __name__ == "__main__":
+    argparse.ArgumentParser(description=__doc__).parse_args()
     asyncio.run(main())

@@ -122,12 +122,16 @@ def estimate_mounts(
     for i, kernel in enumerate(config.kernels):
         problem.step(kernel)
         progress((i + 1) / (len(config.kernels) + 1))
-    covariance = problem.covariance()
+    # Such an axis is estimated all the same: there it takes up errors of the map, which would turn the scanner.
+    faked = np.pad(problem.faked(), ((0, 0), (0, 3)))
+    corrections = np.where(faked, 0.0, problem.corrections)
+    prior = np.repeat(np.square(config.prior_sigma), 3)
+    covariance = problem.covariance() + np.diag((faked * prior).ravel())
     sigma = np.sqrt(np.diag(covariance)).reshape(-1, 6)
-    observable = sigma < config.observable_share * np.repeat(config.prior_sigma, 3)
+    observable = np.square(sigma) < config.observable_share**2 * prior
     found = []
     for name, correction, own, axes in zip(
-        sorted(mounts), problem.corrections, sigma, observable.tolist(), strict=True
+        sorted(mounts), corrections, sigma, observable.tolist(), strict=True
     ):
         after = corrected(mounts, name, correction)[name]
         found.append(MountEstimate(name, mounts[name], after, correction, own, tuple(axes)))

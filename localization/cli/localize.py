@@ -55,8 +55,7 @@ class Localize:
       report.html      figures and statistics on one page
       recording.rrd    map, sweeps, path, health and hypotheses, for `rerun recording.rrd`
 
-    The figures need the extra `report`, the recording the extra `operator`; without these the other files are
-    still written.
+    The recording needs the extra `operator`; without it the other files are still written.
 
     For example:
       farsteer localize runs/first/readings.mcap --map scenes/office/cloud.ply --truth runs/first/truth.tum

@@ -67,7 +67,7 @@ def fitted(*lines: str) -> list[str]:
 
     A word that is longer than that, such as a path, stays whole.
     """
-    return [part for line in lines for part in _fitted(line)]
+    return [part for line in "\n".join(lines).split("\n") for part in _fitted(line)]
 
 
 def _fitted(line: str) -> list[str]:

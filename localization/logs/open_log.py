@@ -35,7 +35,9 @@ def open_log(path: Path | str, layout: SensorLayout | None = None) -> ReadingsLo
     path = Path(path)
     if path.is_dir():
         if not (path / "metadata.yaml").is_file():
-            raise LogError(f"{path}: a folder without metadata.yaml is not a bag")
+            raise LogError(
+                f"{path}: a folder without metadata.yaml is not a bag; a log in it is named by its own path"
+            )
         return RosBag(path, layout)
     try:
         with path.open("rb") as file:

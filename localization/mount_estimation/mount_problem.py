@@ -14,7 +14,7 @@ import numpy as np
 
 from localization.geometry import FloatArray, hat, so3_exp, so3_log
 from localization.maps.prepared_map import PreparedMap
-from localization.matching.registration import GRAZING, residuals
+from localization.matching.registration import GRAZING, RegistrationConfig, adapted, residuals
 from localization.mount_estimation.calibration_config import CalibrationConfig
 from localization.mount_estimation.calibration_sample import CalibrationSample
 from localization.mount_estimation.normal_equations import (
@@ -24,7 +24,7 @@ from localization.mount_estimation.normal_equations import (
     observable_solution,
     robust_covariance,
 )
-from localization.types import Mounts, Pose
+from localization.types import BoolArray, Mounts, Pose
 
 
 class MountProblem:
@@ -76,6 +76,25 @@ class MountProblem:
         n = len(floor)
         covariance: FloatArray = robust_covariance(reduced, self._prior)[:n, :n] + np.diag(floor)
         return covariance
+
+    def faked(self) -> BoolArray:
+        """Return along which axes x, y, z (S, 3) noisy normals alone would say as much of the scanners' places.
+
+        So it is with the height of a level scanner among upright walls: the scattered normals of a map move it
+        by a decimetre. The rule is that of the registration (``RegistrationConfig.debias``).
+        """
+        noise = adapted(RegistrationConfig(), self._world.noise)
+        seen, spurious = np.zeros((2, len(self._names), 3))
+        for k in range(len(self._samples)):
+            for rows in self.measured(k, self._config.kernels[-1]):
+                square = np.square(rows.shared[:, :-2].reshape(-1, len(self._names), 6)[:, :, :3])
+                whole = square.sum(
+                    axis=2, keepdims=True
+                )  # 1 for the scanner that measured, otherwise 0
+                seen += np.einsum("m,mij->ij", rows.weight, square)
+                spurious += np.einsum("m,mij->ij", rows.weight, whole - square)
+        faked: BoolArray = seen <= noise.debias * noise.normal_noise**2 * spurious
+        return faked
 
     def _mount(self, i: int) -> Pose:
         correction = self._at[6 * i : 6 * i + 6]

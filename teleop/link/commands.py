@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Annotated, Literal
 
 import tyro
@@ -23,8 +24,8 @@ class Link:
     """Address of the robot."""
     seconds: float = 10.0
     """For how long to measure [s]."""
-    token: str | None = None
-    """Token of the robot, if it wants one."""
+    token: Path | None = None
+    """File with the token to send, on a line of its own."""
 
     def __call__(self) -> int:
         """Measure and print."""
@@ -33,12 +34,14 @@ class Link:
         from teleop import clock
         from teleop.link.report import measure
         from teleop.rosbridge.client.client import Client
+        from teleop.secret_files import read_secret
 
         if not 1.0 <= self.seconds <= 3600.0:
             raise SettingError(f"seconds must be 1 to 3600, got {self.seconds:g}")
 
         async def run() -> list[str]:
-            async with Client(self.url, reconnect=False, token=self.token) as client:
+            token = read_secret(self.token, "token")
+            async with Client(self.url, reconnect=False, token=token) as client:
                 return (await measure(client, self.seconds, clock.wall_seconds)).lines()
 
         say(*asyncio.run(run()))

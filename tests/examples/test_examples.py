@@ -83,6 +83,11 @@ def test_every_example_is_listed_and_tested() -> None:
     assert [name for name in EXAMPLES if f'"{name}"' not in source] == []
 
 
+@pytest.mark.parametrize("name", EXAMPLES)
+def test_every_example_explains_itself(name: str, run: Run) -> None:
+    assert run(name, "--help").startswith(f"usage: {name} [-h]")
+
+
 def test_robot_drives_forward_by_roslibpy(run: Run, robot: str) -> None:
     printed = run("01_drive_with_roslibpy.py", "--port", robot, "--seconds", "1.5")
     assert "odometry messages, moved by" in printed

@@ -94,6 +94,12 @@ def test_missing_and_foreign_logs_are_refused_in_one_line(
     )
 
 
+def test_run_of_another_scenario_is_sent_to_replay(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert "`farsteer scenario replay`" in error_line(["evaluate", str(tmp_path)], capsys)
+
+
 def test_impossible_settings_are_refused_by_name(capsys: pytest.CaptureFixture[str]) -> None:
     assert "duration" in error_line(["sim", "--duration", "-3"], capsys)
     assert "pose_error" in error_line(["sim", "--pose-error", "nan"], capsys)

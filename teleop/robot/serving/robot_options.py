@@ -39,7 +39,7 @@ class RobotOptions:
     """Sensors, drive and tyres of the robot, and the state of its world."""
 
     scanner: str = "default"
-    """Model of both scanners: sick_lms200, sick_lms111, hokuyo_utm30lx; by default an LMS1xx at 10 Hz."""
+    """Model of both scanners: sick_lms200, sick_lms200_cm, sick_lms111, hokuyo_utm30lx; by default an LMS1xx."""
     inertial: str = "default"
     """Model of the inertial unit: xsens_mti630, bosch_bmi088; by default a small MEMS unit."""
     effects: bool = False

@@ -124,7 +124,7 @@ def _parse(content: dict[str, Any], defaults: Mapping[Role, RoleRules]) -> Crede
     _only(content, ("anonymous", "roles", "tokens"), "the file")
     rules = {role: defaults[role] for role in Role}
     for name, changes in _tables(content, "roles").items():
-        role = _role(name)
+        role = _role(name, "a table of roles")
         rules[role] = replace(rules[role], **_patterns(changes, f"roles.{name}"))
     keys = tuple(_key(name, entry, rules) for name, entry in _tables(content, "tokens").items())
     digests = [key.digest for key in keys if key.digest]
@@ -132,7 +132,7 @@ def _parse(content: dict[str, Any], defaults: Mapping[Role, RoleRules]) -> Crede
         raise ValueError("two names have the same token")
     anonymous = None
     if "anonymous" in content:
-        role = _role(content["anonymous"])
+        role = _role(content["anonymous"], "anonymous")
         anonymous = Access("", role, rules[role])
     if not keys and anonymous is None:
         raise ValueError("it has no tokens, so no client could connect")
@@ -143,7 +143,7 @@ def _key(name: str, entry: dict[str, Any], rules: Mapping[Role, RoleRules]) -> C
     where = f"tokens.{name}"
     kinds = ("token", "sha256", "secret")
     _only(entry, ("role", "until", "link", *kinds), where)
-    role = _role(entry.get("role"))
+    role = _role(entry.get("role"), f"{where}.role")
     given = [kind for kind in kinds if kind in entry]
     if len(given) != 1:
         raise ValueError(f"{where} must have one of token, sha256 and secret")
@@ -173,11 +173,11 @@ def token_digest(token: str) -> bytes:
     return hashlib.sha256(token.encode(errors="surrogatepass")).digest()
 
 
-def _role(name: object) -> Role:
+def _role(name: object, where: str) -> Role:
     try:
         return Role(str(name))
     except ValueError:
-        raise ValueError(f"a role must be one of {', '.join(Role)}") from None
+        raise ValueError(f"{where} must be one of {', '.join(Role)}") from None
 
 
 def _patterns(changes: dict[str, Any], where: str) -> dict[str, tuple[str, ...]]:

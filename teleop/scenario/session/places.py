@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import difflib
 import math
+from collections.abc import Iterable
 from typing import Final
 
 import numpy as np
@@ -137,9 +138,15 @@ def displaced(pose: Pose, off: float, turned: float, *, seed: int, stream: int) 
     return Pose(position, (pose @ turn).quaternion_wxyz)
 
 
+def nearest(name: str, known: Iterable[str]) -> str:
+    """Return the most similar of the known names, or all of them, as the end of a sentence."""
+    names = list(known)
+    near = difflib.get_close_matches(name, names, n=3, cutoff=0.5)
+    return f"did you mean {' or '.join(near)}?" if near else f"there are: {', '.join(names)}"
+
+
 def _named(world: World, name: str) -> Pose:
     poses = named_poses(world)
     if name in poses:
         return poses[name]
-    near = difflib.get_close_matches(name, poses, 3, 0.4) or sorted(poses)
-    raise WorldError(f"{world.name} has no place {name!r}; it has {', '.join(near)}")
+    raise WorldError(f"{world.name} has no place {name!r}; {nearest(name, sorted(poses))}")

@@ -5,9 +5,8 @@ Each finds the field that is wrong, so that a file's reader can name its line.
 
 from __future__ import annotations
 
-import difflib
 import math
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from itertools import pairwise
 from pathlib import Path
@@ -46,7 +45,7 @@ from teleop.scenario.files.faults import (
 from teleop.scenario.files.operator_settings import Hand, Station
 from teleop.scenario.files.scenario import NO_SCANNERS, Scenario, WorldSettings
 from teleop.scenario.files.schema import Place
-from teleop.scenario.session.places import heading_of, position_of, start_pose
+from teleop.scenario.session.places import heading_of, nearest, position_of, start_pose
 from teleop.scenario.session.world_extras import extra_of
 
 _MAX_SPEED = DriveConfig().max_speed
@@ -67,17 +66,17 @@ def check_settings(settings: WorldSettings, folder: Path | None = None) -> None:
         name = getattr(settings, field)
         known = ("default", *models, *((NO_SCANNERS,) if field == "scanner" else ()))
         if name not in known:
-            raise ScenarioError(("world", field), f"no {field} {name!r}; {_nearest(name, known)}")
+            raise ScenarioError(("world", field), f"no {field} {name!r}; {nearest(name, known)}")
     if settings.arm is not None:
         try:
             mounts = load_arm(settings.arm).mounts
         except ArmError as error:
             raise ScenarioError(("world", "arm"), str(error)) from None
         if (mount := settings.arm_mount) not in mounts:
-            near = _nearest(mount, mounts)
+            near = nearest(mount, mounts)
             raise ScenarioError(("world", "arm_mount"), f"the arm has no mount {mount!r}; {near}")
     if settings.surface is not None and settings.surface not in SURFACES:
-        near = _nearest(settings.surface, SURFACES)
+        near = nearest(settings.surface, SURFACES)
         raise ScenarioError(("world", "surface"), f"no surface {settings.surface!r}; {near}")
 
 
@@ -117,7 +116,7 @@ def _check_arm(scenario: Scenario) -> None:
         if delivery.parcel not in names:
             raise ScenarioError(
                 ("mission", "deliver", number, "parcel"),
-                f"no parcel {delivery.parcel!r}; {_nearest(delivery.parcel, names)}",
+                f"no parcel {delivery.parcel!r}; {nearest(delivery.parcel, names)}",
             )
     boards = [n for n, f in enumerate(scenario.fault) if isinstance(f, BoardUnplugged)]
     if world.board is None and (boards or limits.mirror_error is not None):
@@ -150,8 +149,8 @@ def _check_scene(scene: str, folder: Path | None) -> None:
         return
     raise ScenarioError(
         path,
-        f"no scene {scene!r}; {_nearest(scene, scene_names())}, or the path of a scene folder, floor"
-        " plan (.toml) or MJCF file (.xml) beside the scenario",
+        f"no scene {scene!r}, nor a scene folder, floor plan (.toml) or MJCF file (.xml) beside the"
+        f" scenario; {nearest(scene, scene_names())}",
     )
 
 
@@ -264,7 +263,7 @@ def _check_fault(fault: Fault, path: FieldPath, world: World, start: tuple[float
             if fault.scanner != "both" and fault.scanner not in mounts:
                 raise ScenarioError(
                     (*path, "scanner"),
-                    f"the robot has no scanner {fault.scanner!r}; {_nearest(fault.scanner, mounts)}",
+                    f"the robot has no scanner {fault.scanner!r}; {nearest(fault.scanner, mounts)}",
                 )
         case Box():
             _check_box(fault, path, world, start)
@@ -321,10 +320,3 @@ def _blamed(path: FieldPath, text: Callable[[str], str] = str) -> Iterator[None]
         yield
     except WorldError as error:
         raise ScenarioError(path, text(str(error))) from None
-
-
-def _nearest(name: str, known: Iterable[str]) -> str:
-    """Return the most similar of the known names, or all of them, as the end of a sentence."""
-    names = list(known)
-    near = difflib.get_close_matches(name, names, n=3, cutoff=0.5)
-    return f"did you mean {' or '.join(near)}?" if near else f"there are: {', '.join(names)}"

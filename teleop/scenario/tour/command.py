@@ -79,7 +79,7 @@ class Sim:
         if self.json:
             say_json({**summary.to_json(), "folder": folder})
         else:
-            say(*fitted(*summary_table(summary).split("\n")), f"\nfiles in {folder}/")
+            say(*fitted(summary_table(summary)), f"\nfiles in {folder}/")
         return 130 if driven.outcome.ending == "interrupted" else int(not summary.passed)
 
 
@@ -88,14 +88,17 @@ class Evaluate:
     """Print a run's report again, computed from its files."""
 
     run: Annotated[Path, tyro.conf.Positional]
-    """Folder of a run, such as runs/2026-01-31T12-00-00."""
+    """Folder of a run of `farsteer sim`, such as runs/2026-01-31T12-00-00."""
     json: bool = False
     """Print the report as JSON."""
 
     def __call__(self) -> int:
         """Compute and print the report."""
         if not (self.run / "summary.json").is_file():
-            raise SettingError(f"{self.run} is not a run: it holds no summary.json")
+            raise SettingError(
+                f"{self.run} is not a run of `farsteer sim`: it holds no summary.json; those of other"
+                " scenarios are judged again by `farsteer scenario replay`"
+            )
 
         from teleop.scenario.tour.report import summary_table
         from teleop.scenario.tour.summary import read_summary
@@ -104,5 +107,5 @@ class Evaluate:
         if self.json:
             say_json(summary.to_json())
         else:
-            say(*fitted(*summary_table(summary).split("\n")))
+            say(*fitted(summary_table(summary)))
         return int(not summary.passed)

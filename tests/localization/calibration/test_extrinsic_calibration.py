@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 import re
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -17,7 +18,7 @@ from localization.calibration.mount_file import read_mounts
 from localization.calibration.sample_extraction import calibration_samples
 from localization.evaluation.consistency import nees
 from localization.geometry import FloatArray, so3_log
-from localization.maps.prepared_map import PreparedMap
+from localization.maps.prepared_map import PreparedMap, prepare
 from localization.monitoring.extrinsics_monitor import ExtrinsicsMonitorConfig
 from localization.mount_estimation.calibration_config import AXES
 from localization.mount_estimation.calibration_sample import CalibrationSample
@@ -128,6 +129,19 @@ def test_correct_mounts_stay_as_they_are(hall: PreparedMap, readings: list[Readi
         assert np.abs(mount.correction[:3]).max() < 0.006
         assert np.abs(mount.correction[3:]).max() < np.deg2rad(0.3)
     assert summary(found)[-1].startswith("all scanners agree with their given mounts")
+
+
+def test_scattered_normals_of_a_map_do_not_make_the_height_of_a_level_scanner_observable(
+    hall: PreparedMap, readings: list[Reading]
+) -> None:
+    cloud = hall.cloud
+    scattered = cloud.normals + np.random.default_rng(1).normal(0.0, 0.04, cloud.normals.shape)
+    scattered /= np.linalg.norm(scattered, axis=1, keepdims=True)
+    world = prepare(replace(cloud, normals=scattered))
+    level, upright = estimate_mounts(samples(world, readings, MOUNTS), world, MOUNTS).mounts
+    assert level.observable[AXES.index("z")] is False
+    assert level.after.position[2] == level.before.position[2]
+    assert upright.observable[AXES.index("z")] is True
 
 
 def test_rolling_wheels_make_the_yaw_of_a_single_scanner_observable(

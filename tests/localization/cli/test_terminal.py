@@ -59,6 +59,11 @@ def test_long_lines_are_continued_below_their_last_column() -> None:
     assert " ".join(" ".join(lines).split()) == f"health {text} {text} short"
 
 
+def test_lines_within_a_text_stay_lines() -> None:
+    text = "places  hall\n" + "        kitchen\n" * 20 + "        library"
+    assert "\n".join(fitted(text)) == text
+
+
 def test_path_without_blanks_stays_whole() -> None:
     path = "/".join(["folder"] * 20)
     assert any(path in line for line in fitted(f"files in {path}"))

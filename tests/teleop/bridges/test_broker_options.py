@@ -9,7 +9,6 @@ import pytest
 
 from teleop.bridges.broker_options import BrokerOptions, is_loopback
 from teleop.errors import SettingError
-from teleop.secret_files import read_secret, trust
 
 
 def test_addresses_and_login_are_passed_on(tmp_path: Path) -> None:
@@ -58,23 +57,3 @@ def test_a_warning_names_what_is_missing_beyond_this_machine(tmp_path: Path) -> 
     assert BrokerOptions("far:9092", tls=True, **login).warning() is None
     assert [is_loopback(h) for h in ("LOCALHOST", "[::1]", "127.9.9.9")] == [True] * 3
     assert not any(is_loopback(h) for h in ("localhost.evil.example", "10.0.0.1", ""))
-
-
-def test_files_of_secrets_and_certificates_are_refused_by_name(tmp_path: Path) -> None:
-    assert read_secret(None, "token") is None
-    assert trust(None) is None
-    file = tmp_path / "file"
-    with pytest.raises(SettingError, match=r"cannot read the token of .*file: No such file"):
-        read_secret(file, "token")
-    for path, why in ((file, "No such file"), (tmp_path, "Is a directory")):
-        with pytest.raises(SettingError, match=rf"cannot read the certificate {path}: {why}"):
-            trust(path)
-    for content in (b"", b"two\nlines\n", "ä".encode()):
-        file.write_bytes(content)
-        with pytest.raises(SettingError, match="file must hold a password, in one line of ASCII"):
-            read_secret(file, "password")
-    file.write_bytes(b"\xff")
-    with pytest.raises(SettingError, match="it is no text"):
-        read_secret(file, "password")
-    with pytest.raises(SettingError, match=r"file holds no certificate \(PEM\)"):
-        trust(file)

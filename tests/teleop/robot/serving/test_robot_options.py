@@ -1,11 +1,15 @@
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 import pytest
+import tyro
 
 from robot_sim import P3AT, SensorError, SimulationConfig
 from robot_sim.robot.imperfections import MANDOW_2007
+from robot_sim.sensors.imu_models import INERTIAL_UNITS
+from robot_sim.sensors.lidar_models import LIDARS
 from teleop.robot.serving.robot_options import RobotOptions
 
 
@@ -23,6 +27,13 @@ def test_sensors_are_fitted_by_name() -> None:
     ).simulation()
     assert {s.name for s in config.scanners} == {"laser_horizontal", "laser_vertical"}
     assert all(s.range_max == 30.0 and s.effects.optical for s in config.scanners)
+
+
+def test_help_names_every_model(capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit):
+        tyro.cli(RobotOptions, args=["--help"])
+    words = set(re.findall(r"\w+", capsys.readouterr().out))
+    assert {*LIDARS, *INERTIAL_UNITS} <= words
 
 
 def test_unknown_sensors_are_refused_with_those_there_are() -> None:

@@ -81,9 +81,9 @@ def test_token_file_accessible_to_others_is_rejected(tmp_path: Path, mode: int) 
         ("", "it has no tokens"),
         (
             f'[tokens.a]\nrole = "king"\ntoken = "{TOKEN}"',
-            "a role must be one of view, operate, admin",
+            r"tokens\.a\.role must be one of view, operate, admin",
         ),
-        (f'[tokens.a]\ntoken = "{TOKEN}"', "a role must be one of"),
+        (f'[tokens.a]\ntoken = "{TOKEN}"', r"tokens\.a\.role must be one of"),
         ('[tokens.a]\nrole = "view"', r"tokens\.a must have one of token, sha256 and secret"),
         (f'[tokens.a]\nrole = "view"\ntoken = "{TOKEN}"\nsecret = "{TOKEN}"', "must have one of"),
         ('[tokens.a]\nrole = "view"\ntoken = "short"', "16 or more characters"),
@@ -98,11 +98,11 @@ def test_token_file_accessible_to_others_is_rejected(tmp_path: Path, mode: int) 
         (f'[token.a]\nrole = "view"\ntoken = "{TOKEN}"', "the file has no 'token'"),
         ("tokens = 3", "tokens must be tables"),
         ("[tokens]\na = 3", "tokens must be tables"),
-        ('anonymous = "all"', "a role must be one of"),
+        ('anonymous = "all"', "anonymous must be one of"),
         ('anonymous = "view"\n[roles.view]\npublish = "/joy"', "must be a list of patterns"),
         ('anonymous = "view"\n[roles.view]\npublish = ["joy"]', "matches no name"),
         ('anonymous = "view"\n[roles.view]\nread = []', "has no 'read'"),
-        ('anonymous = "view"\n[roles.king]\npublish = []', "a role must be one of"),
+        ('anonymous = "view"\n[roles.king]\npublish = []', "a table of roles must be one of"),
         (
             f'[tokens.a]\nrole = "view"\ntoken = "{TOKEN}"\n'
             f'[tokens.b]\nrole = "admin"\nsha256 = "{digest(TOKEN).hex()}"',

@@ -43,7 +43,7 @@ def test_start_poses_are_places_too(corridor: World) -> None:
 
 
 def test_unknown_place_is_refused_with_the_nearest_names(corridor: World) -> None:
-    with pytest.raises(WorldError, match=r"no place 'nich'; it has niche") as error:
+    with pytest.raises(WorldError, match=r"no place 'nich'; did you mean niche") as error:
         position_of(corridor, "nich")
     assert "east" not in str(error.value)
     with pytest.raises(WorldError, match="three_quarters"):

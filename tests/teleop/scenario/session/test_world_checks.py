@@ -76,13 +76,13 @@ def test_scenario_that_can_be_run_passes(rooms: World) -> None:
 
 
 CASES: list[tuple[Scenario, FieldPath, str]] = [
-    (scenario(start={"at": "desc"}), ("start", "at"), "no place 'desc'; it has desk"),
+    (scenario(start={"at": "desc"}), ("start", "at"), "no place 'desc'; did you mean desk?"),
     (scenario(start={"at": [5.0, 1.0]}), ("start", "at"), "would stand inside middle_0"),
     (scenario(start={"at": [20, 1]}), ("start", "at"), "off the floor, which reaches from 0, 0"),
     (scenario(start={"at": [11.0, 3.0]}, mission={"goals": [{"at": "lab"}]}),
      ("start", "at"), "no floor within 1 m"),
     (scenario(start={"at": "desk", "off": 1.0}), ("start", "off"), 'only with known = "about"'),
-    (goals("lab", "kitchen"), ("mission", "goals", 1, "at"), "no place 'kitchen'; it has desk, lab"),
+    (goals("lab", "kitchen"), ("mission", "goals", 1, "at"), "no place 'kitchen'; there are: desk, lab"),
     (goals([5.0, 1.0]), ("mission", "goals", 0, "at"), "is in middle_0; the nearest place"),
     (goals("lab", [11.0, 3.0]), ("mission", "goals", 1, "at"), "cannot be reached to within 0.5 m"),
     (goals("lab", time_limit=5.0), ("mission", "time_limit"), "the goals take 8 s at least"),
@@ -96,9 +96,9 @@ CASES: list[tuple[Scenario, FieldPath, str]] = [
      ("fault", 1, "at"), "130 s is not before the end of the run: mission.time_limit is 120 s"),
     (fault(kind="wheel_slip", lasting=0.0), ("fault", 0, "lasting"), "must last > 0 s, got 0"),
     (fault(kind="kidnap", to=[5.0, 1.0]), ("fault", 0, "to"), "would stand inside middle_0"),
-    (fault(kind="kidnap", to="lap"), ("fault", 0, "to"), "no place 'lap'; it has lab"),
+    (fault(kind="kidnap", to="lap"), ("fault", 0, "to"), "no place 'lap'; did you mean lab?"),
     (fault(kind="door_closed", door="middlo"), ("fault", 0, "door"), "no door 'middlo': did you mean middle?"),
-    (fault(kind="box", to="lav"), ("fault", 0, "to"), "no place 'lav'; it has lab"),
+    (fault(kind="box", to="lav"), ("fault", 0, "to"), "no place 'lav'; did you mean lab?"),
     (fault(kind="box", to=[13.0, 1.0]), ("fault", 0, "to"), "[13, 1] is off the floor"),
     (scenario(fault=[{"kind": "box", "at": 0.0, "to": [1.9, 3.0]}]),
      ("fault", 0, "to"), "at 0 s the robot itself stands there, at 1.5, 3"),
@@ -164,7 +164,7 @@ def test_extras_of_a_scenario_are_in_its_world_at_their_times(rooms: World) -> N
 HAND = {"kind": "hand", "tasks": [{"kind": "wait"}]}
 PARCEL = {"name": "first", "at": [3, 4]}
 BEFORE_ITS_WORLD: list[tuple[Scenario, FieldPath, str]] = [
-    (scenario(world={"scene": "ofice"}), ("world", "scene"), "no scene 'ofice'; did you mean office?, or the path"),
+    (scenario(world={"scene": "ofice"}), ("world", "scene"), "beside the scenario; did you mean office?"),
     (scenario(world={"scene": "../other"}), ("world", "scene"), "is outside the scenario's folder; copy the scene"),
     (scenario(world={"scene": "/etc"}), ("world", "scene"), "is outside the scenario's folder"),
     (scenario(world={"scanner": "sick_lms112"}), ("world", "scanner"), "did you mean sick_lms111"),
