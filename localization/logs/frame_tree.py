@@ -33,6 +33,7 @@ class FrameTree:
 
     def __init__(self, layout: SensorLayout) -> None:
         self._layout = layout
+        self._given = {_bare(frame): mount for frame, mount in layout.mounts.items()}
         self._links: dict[str, dict[str, Pose]] = {}
 
     def add(self, message: Message) -> None:
@@ -48,8 +49,8 @@ class FrameTree:
     def base_from(self, frame: str) -> Pose | None:
         """Return ``base_from_frame``, or None if no transforms connect the two frames."""
         frame = _bare(frame)
-        if frame in self._layout.mounts:
-            return self._layout.mounts[frame]
+        if frame in self._given:
+            return self._given[frame]
         base = _bare(self._layout.base)
         found = {base: Pose.identity()}
         waiting = [base]
@@ -64,7 +65,7 @@ class FrameTree:
     @property
     def frames(self) -> tuple[str, ...]:
         """Names of all known frames, sorted."""
-        return tuple(sorted({*self._links, *self._layout.mounts}))
+        return tuple(sorted({*self._links, *self._given}))
 
 
 def _bare(frame: str) -> str:
