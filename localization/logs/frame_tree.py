@@ -9,7 +9,7 @@ from typing import Final
 from localization.logs.motion_messages import WHEEL_RADIUS
 from localization.logs.ros_geometry import pose_from_transform
 from localization.logs.ros_types import Message
-from localization.types import Pose
+from localization.types import InvalidReadingError, Pose
 
 _WORLD_FRAMES: Final = frozenset({"map", "odom", "world", "earth"})
 
@@ -37,12 +37,15 @@ class FrameTree:
         self._links: dict[str, dict[str, Pose]] = {}
 
     def add(self, message: Message) -> None:
-        """Add the transforms of a ``TFMessage``, apart from those to or from a world frame."""
+        """Add the transforms of a ``TFMessage``, apart from invalid ones and those to or from a world frame."""
         for link in message.transforms:
             parent, child = (_bare(f) for f in (link.header.frame_id, link.child_frame_id))
             if parent in _WORLD_FRAMES or child in _WORLD_FRAMES:
                 continue
-            pose = pose_from_transform(link.transform)
+            try:
+                pose = pose_from_transform(link.transform)
+            except InvalidReadingError:
+                continue
             self._links.setdefault(parent, {})[child] = pose
             self._links.setdefault(child, {})[parent] = pose.inverse()
 

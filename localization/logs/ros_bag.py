@@ -9,7 +9,7 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Final
 
-from rosbags.highlevel import AnyReader, AnyReaderError
+from rosbags.highlevel import AnyReader
 from rosbags.interfaces import Connection
 from rosbags.typesys import Stores, get_typestore
 
@@ -231,8 +231,8 @@ class RosBag:
                     path.symlink_to(self.path.resolve())
                 reader = AnyReader([path], default_typestore=get_typestore(Stores.ROS2_JAZZY))
                 stack.enter_context(reader)
-            except (AnyReaderError, OSError, ValueError, EOFError) as error:
-                reason = " ".join(str(error).split())
+            except Exception as error:
+                reason = " ".join(str(error).split()) or type(error).__name__
                 raise LogError(
                     f"{self.path}: is not a readable bag: {reason}; if its recorder was interrupted,"
                     f" {_REMEDIES[ending]} repairs it"

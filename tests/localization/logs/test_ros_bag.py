@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+import contextlib
 from collections.abc import Callable, Iterable
 from dataclasses import replace
 from pathlib import Path
@@ -315,6 +316,17 @@ def test_static_frames_of_tf_1_are_found_on_tf(tmp_path: Path, drive: Drive) -> 
     )
 
 
+def test_transform_without_a_rotation_leaves_the_others_in_use(
+    tmp_path: Path, drive: Drive
+) -> None:
+    # Drivers that know no rotation leave its quaternion at zeros.
+    held, arm = recorded(drive.readings()[:50]), transforms([("deck", "arm", DECK)])
+    arm.transforms[0].transform.rotation.w = 0.0  # type: ignore[attr-defined]
+    arm.transforms[0].transform.rotation.z = 0.0  # type: ignore[attr-defined]
+    bag = RosBag(ros1(tmp_path / "bag", [("/tf_static", SECOND, arm), *held]))
+    assert set(bag.mounts) == set(MOUNTS)
+
+
 def test_bag_without_frames_needs_a_given_mount(tmp_path: Path, drive: Drive) -> None:
     path = ros1(tmp_path / "bag", recorded(drive.readings()[:50])[1:])
     with pytest.raises(
@@ -484,6 +496,15 @@ def test_content_of_a_bag_decides_how_it_is_read_and_repaired_not_its_name(
     renamed.write_bytes(renamed.read_bytes()[:5000])
     with pytest.raises(LogError, match=remedy):
         open_log(renamed)
+
+
+def test_bag_with_a_damaged_index_is_rejected_in_one_line(tmp_path: Path, drive: Drive) -> None:
+    (file,) = KINDS["mcap"](tmp_path / "bag", recorded(drive.readings()[:50])).glob("*.mcap")
+    whole = file.read_bytes()
+    for at in range(len(whole) - 320, len(whole) - 200, 3):
+        file.write_bytes(whole[:at] + 8 * b"\xff" + whole[at + 8 :])
+        with contextlib.suppress(LogError):
+            list(open_log(file))
 
 
 def test_folder_of_a_recorder_that_was_killed_is_an_error_with_the_tool_that_repairs_it(
