@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 import tyro
 
 from localization.cli.run_folder import check_folder, remove_earlier, run_folder, writing_to
-from localization.cli.sensor_layout import Mount, layout_of
+from localization.cli.sensor_layout import MountOptions, TopicOptions, layout_of
 from localization.cli.terminal import Progress, fitted, remark, say, say_json
 from localization.extras import has, missing
 
@@ -92,12 +92,12 @@ class Localize:
     """Source of the motion; by default the best that the log has."""
     flat: bool | None = None
     """Whether the ground is level; by default it is if all scanners are level."""
-    mount: dict[str, Mount] = field(default_factory=dict)
-    """Pose of a frame on base_link, where a bag lacks it: NAME x y z [m] yaw
+    mount: MountOptions = field(default_factory=dict)
+    """Pose of a frame on base_link, where the log lacks it: NAME x y z [m] yaw
     [degrees], or NAME x y z roll pitch yaw."""
     mounts: Path | None = None
     """File of mounts by `farsteer calibrate`, which take precedence over those in the log."""
-    topics: tuple[str, ...] = ()
+    topics: TopicOptions = ()
     """Topics of a bag to read; by default all of a known type, of one robot."""
     assignments: Annotated[
         tuple[str, ...], tyro.conf.arg(name="set", metavar="NAME=VALUE"), tyro.conf.UseAppendAction

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Literal
 
 from localization.cli.run_folder import check_file, check_folder, run_folder, writing_to
-from localization.cli.sensor_layout import Mount, layout_of
+from localization.cli.sensor_layout import MountOptions, TopicOptions, layout_of
 from localization.cli.terminal import Progress, say
 from localization.extras import require
 
@@ -35,10 +35,10 @@ class LogMapping:
     """Follow the ground's height and slope; by default the ground is taken to be level."""
     motion: Motion | None = None
     """Source of the motion in a log; by default the best that the log has."""
-    mount: dict[str, Mount] = field(default_factory=dict)
-    """Pose of a log's frame on base_link, where a bag lacks it: NAME x y z [m] yaw
+    mount: MountOptions = field(default_factory=dict)
+    """Pose of a log's frame on base_link, where the log lacks it: NAME x y z [m] yaw
     [degrees], or NAME x y z roll pitch yaw."""
-    topics: tuple[str, ...] = ()
+    topics: TopicOptions = ()
     """Topics of a bag to read; by default all of a known type."""
     overwrite: bool = False
     """Replace the file that --out names."""

@@ -4,7 +4,10 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, TypeAlias
+from itertools import chain
+from typing import TYPE_CHECKING, Annotated, TypeAlias
+
+import tyro
 
 if TYPE_CHECKING:
     from localization.logs.frame_tree import SensorLayout
@@ -14,9 +17,13 @@ Mount: TypeAlias = (
     tuple[float, float, float, float, float, float] | tuple[float, float, float, float]
 )
 """x, y, z [m] and roll, pitch, yaw [degrees] of a frame on ``base_link``, or yaw alone."""
+MountOptions: TypeAlias = Annotated[dict[str, Mount], tyro.conf.UseAppendAction]
+"""Poses of frames by name, of one option or of several."""
+TopicOptions: TypeAlias = Annotated[tuple[tuple[str, ...], ...], tyro.conf.UseAppendAction]
+"""Topics, of one option or of several."""
 
 
-def layout_of(mount: Mapping[str, Mount], topics: tuple[str, ...]) -> SensorLayout:
+def layout_of(mount: Mapping[str, Mount], topics: TopicOptions) -> SensorLayout:
     """Return the facts about a log's robot.
 
     Args:
@@ -26,7 +33,7 @@ def layout_of(mount: Mapping[str, Mount], topics: tuple[str, ...]) -> SensorLayo
     from localization.logs.frame_tree import SensorLayout
 
     mounts = {name: _pose(numbers) for name, numbers in mount.items()}
-    return SensorLayout(mounts=mounts, topics=topics)
+    return SensorLayout(mounts=mounts, topics=tuple(chain.from_iterable(topics)))
 
 
 def _pose(mount: Mount) -> Pose:

@@ -15,7 +15,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from decimal import Decimal
+from decimal import Decimal, InvalidOperation
 from typing import Final
 
 import numpy as np
@@ -42,7 +42,8 @@ class ScanLine:
 
 
 def _flaser(words: Sequence[str]) -> ScanLine:
-    n = _count(words[0], "readings")
+    n = _count(words, 0, "readings")
+    _require(words, 8 + n)
     x, y, yaw, ox, oy, oyaw = map(float, words[1 + n : 7 + n])
     # 181 beams span -90 to +90 degrees with both ends; 180 beams lack the last.
     step = math.pi / (n - 1 if n % 2 else n)
@@ -51,17 +52,19 @@ def _flaser(words: Sequence[str]) -> ScanLine:
 
 
 def _robotlaser(words: Sequence[str]) -> ScanLine:
+    n = _count(words, 7, "readings")
     start, _, step, max_range = map(float, words[1:5])
-    n = _count(words[7], "readings")
     after = 8 + n
-    m = _count(words[after], "remissions", least=0)
+    m = _count(words, after, "remissions", least=0)
     tail = after + 1 + m
+    _require(words, tail + 12)
     lx, ly, lyaw, x, y, yaw = map(float, words[tail : tail + 6])
     scan = _scan(_stamp(words[tail + 11]), words[8:after], start, step, max_range)
     return ScanLine(scan, Pose.planar(x, y, yaw), Pose.planar(lx, ly, lyaw))
 
 
 def _odom(words: Sequence[str]) -> Odometry:
+    _require(words, 7)
     x, y, yaw = map(float, words[:3])
     return Odometry(_stamp(words[6]), Pose.planar(x, y, yaw))
 
@@ -88,8 +91,14 @@ def _scan(stamp: int, ranges: Sequence[str], start: float, step: float, max_rang
     )
 
 
-def _count(word: str, what: str, *, least: int = 2) -> int:
-    n = int(word)
+def _require(words: Sequence[str], least: int) -> None:
+    if len(words) < least:
+        raise ValueError(f"the line ends after {len(words)} of at least {least} words")
+
+
+def _count(words: Sequence[str], at: int, what: str, *, least: int = 2) -> int:
+    _require(words, at + 1)
+    n = int(words[at])
     if not least <= n <= 100_000:
         raise ValueError(f"the number of {what} must be {least} to 100000, got {n}")
     return n
@@ -97,7 +106,10 @@ def _count(word: str, what: str, *, least: int = 2) -> int:
 
 def _stamp(word: str) -> int:
     """Return the stamp [ns] of seconds with a fraction, without rounding in binary."""
-    stamp = int(Decimal(word) * SECOND)
-    if stamp < 0:
-        raise ValueError(f"times must be >= 0, got {word}")
-    return stamp
+    try:
+        seconds = Decimal(word)
+    except InvalidOperation:
+        seconds = Decimal("nan")
+    if not seconds.is_finite() or not 0 <= seconds < 2**63 // SECOND:
+        raise ValueError(f"times must be seconds >= 0 that fit 64-bit nanoseconds, got {word}")
+    return int(seconds * SECOND)

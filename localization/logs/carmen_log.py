@@ -9,7 +9,6 @@ import zlib
 from collections import deque
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
-from decimal import InvalidOperation
 from itertools import islice
 from pathlib import Path
 from typing import Any, Final
@@ -84,8 +83,8 @@ class CarmenLog:
         )
         if not begin and seen.odometry < _FEWEST_POSES:
             raise LogError(
-                f"{self.path}: holds no scan: logs are MCAP files, ROS bags or CARMEN texts with whole"
-                " lines FLASER or ROBOTLASER1"
+                f"{self.path}: holds no scan{self._damage and ', and its compressed data ' + self._damage}: logs are"
+                " MCAP files, ROS bags or CARMEN texts with whole lines FLASER or ROBOTLASER1"
             )
         self.mounts = {SCANNER: _mount(begin)} if begin else {}
         self._zeros = lacks_zeros([look.scan.stamp for look in begin])
@@ -179,7 +178,7 @@ class CarmenLog:
                 words[-3] = words[-1]
             try:
                 yield LINE_READERS[kind](words)
-            except (ValueError, IndexError, InvalidOperation, InvalidReadingError) as error:
+            except (ValueError, InvalidReadingError) as error:
                 self.skipped[kind] = Skipped.one_more(self.skipped.get(kind), str(error))
 
     def _lines(self) -> Iterator[str]:
@@ -193,11 +192,12 @@ class CarmenLog:
                     for line in file:
                         self.share = raw.tell() / size
                         yield line.decode("ascii", "replace")
-        except OSError as error:
-            raise LogError(f"{self.path}: {error.strerror or error}") from error
         except EOFError:
             self._damage = "are cut short"
-        except (lzma.LZMAError, zlib.error):
+        except (OSError, lzma.LZMAError, zlib.error) as error:
+            # gzip and bzip2 answer damaged data with an OSError, which has no number.
+            if isinstance(error, OSError) and error.errno is not None:
+                raise LogError(f"{self.path}: {error.strerror}") from error
             self._damage = "are damaged"
 
 

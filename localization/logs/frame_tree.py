@@ -9,7 +9,7 @@ from typing import Final
 from localization.logs.motion_messages import WHEEL_RADIUS
 from localization.logs.ros_geometry import pose_from_transform
 from localization.logs.ros_types import Message
-from localization.types import Pose
+from localization.types import InvalidReadingError, Pose
 
 _WORLD_FRAMES: Final = frozenset({"map", "odom", "world", "earth"})
 
@@ -33,23 +33,27 @@ class FrameTree:
 
     def __init__(self, layout: SensorLayout) -> None:
         self._layout = layout
+        self._given = {_bare(frame): mount for frame, mount in layout.mounts.items()}
         self._links: dict[str, dict[str, Pose]] = {}
 
     def add(self, message: Message) -> None:
-        """Add the transforms of a ``TFMessage``, apart from those to or from a world frame."""
+        """Add the transforms of a ``TFMessage``, apart from invalid ones and those to or from a world frame."""
         for link in message.transforms:
             parent, child = (_bare(f) for f in (link.header.frame_id, link.child_frame_id))
             if parent in _WORLD_FRAMES or child in _WORLD_FRAMES:
                 continue
-            pose = pose_from_transform(link.transform)
+            try:
+                pose = pose_from_transform(link.transform)
+            except InvalidReadingError:
+                continue
             self._links.setdefault(parent, {})[child] = pose
             self._links.setdefault(child, {})[parent] = pose.inverse()
 
     def base_from(self, frame: str) -> Pose | None:
         """Return ``base_from_frame``, or None if no transforms connect the two frames."""
         frame = _bare(frame)
-        if frame in self._layout.mounts:
-            return self._layout.mounts[frame]
+        if frame in self._given:
+            return self._given[frame]
         base = _bare(self._layout.base)
         found = {base: Pose.identity()}
         waiting = [base]
@@ -64,7 +68,7 @@ class FrameTree:
     @property
     def frames(self) -> tuple[str, ...]:
         """Names of all known frames, sorted."""
-        return tuple(sorted({*self._links, *self._layout.mounts}))
+        return tuple(sorted({*self._links, *self._given}))
 
 
 def _bare(frame: str) -> str:

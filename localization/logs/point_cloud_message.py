@@ -14,6 +14,8 @@ from localization.types import PointScan
 _POINT: Final = np.dtype([("x", "<f4"), ("y", "<f4"), ("z", "<f4"), ("t", "<u4")])
 _DATATYPES: Final = {1: "i1", 2: "u1", 3: "i2", 4: "u2", 5: "i4", 6: "u4", 7: "f4", 8: "f8"}
 """Kinds of numbers in ``sensor_msgs/PointField``."""
+_LONGEST: Final = 1e9
+"""Time after the stamp [ns] from which a number is an absolute time."""
 
 
 def points_message(scan: PointScan) -> Message:
@@ -53,11 +55,11 @@ def points_message(scan: PointScan) -> Message:
 def read_points(message: Message) -> PointScan:
     """Return the finite points of a ``PointCloud2``, with their times if it has any.
 
-    Times are read from the fields ``t``, ``time``, ``timestamp`` or ``offset_time``: integers are
-    nanoseconds, floats seconds, either since the stamp or absolute.
+    Times are read from the fields ``t``, ``time``, ``timestamp`` or ``offset_time``: integers and floats from 2^31 on
+    are nanoseconds, other floats seconds, either since the stamp or absolute.
 
     Raises:
-        MessageError: If it has no x, y and z, or fewer bytes than its size needs.
+        MessageError: If it has no x, y and z, or fewer bytes than its size or its fields need.
     """
     order = ">" if message.is_bigendian else "<"
     fields = {
@@ -67,14 +69,19 @@ def read_points(message: Message) -> PointScan:
     }
     if missing := [name for name in "xyz" if name not in fields]:
         raise MessageError(f"a cloud without {' and '.join(missing)}; it has: {', '.join(fields)}")
-    dtype = np.dtype(
-        {
-            "names": list(fields),
-            "formats": [f for f, _ in fields.values()],
-            "offsets": [o for _, o in fields.values()],
-            "itemsize": int(message.point_step),
-        }
-    )
+    try:
+        dtype = np.dtype(
+            {
+                "names": list(fields),
+                "formats": [f for f, _ in fields.values()],
+                "offsets": [o for _, o in fields.values()],
+                "itemsize": int(message.point_step),
+            }
+        )
+    except ValueError:
+        raise MessageError(
+            f"a cloud whose fields {', '.join(fields)} do not fit its {message.point_step} bytes a point"
+        ) from None
     rows = np.frombuffer(bytes(message.data), dtype=np.uint8)
     height, width, step = int(message.height), int(message.width), int(message.row_step)
     if len(rows) < height * step or width * dtype.itemsize > step:
@@ -103,12 +110,13 @@ def _offsets(table: np.ndarray[Any, np.dtype[np.void]], stamp: int) -> np.ndarra
         if table.dtype.names is None or name not in table.dtype.names:
             continue
         times = table[name]
-        whole = times.dtype.kind in "iu"
-        since: FloatArray = np.asarray(times if whole else times * 1e9, dtype=np.float64)
-        if np.abs(since).max(initial=0.0) > 1e15:
+        # ROS counts seconds in 32 bits: a larger float is in nanoseconds, as Livox's drivers write it.
+        whole = times.dtype.kind in "iu" or np.abs(times).max(initial=0.0) >= 2**31
+        unit = 1.0 if whole else 1e9
+        since: FloatArray = np.asarray(times * unit, dtype=np.float64)
+        if np.abs(since).max(initial=0.0) >= _LONGEST:
             # Absolute times: subtract the stamp before float64 rounds them to a quarter microsecond.
-            since = np.asarray(times - (stamp if whole else stamp * 1e-9), dtype=np.float64)
-            since = since if whole else since * 1e9
-        if np.isfinite(since).all() and np.abs(since).max(initial=0.0) < 1e9:
+            since = np.asarray(times - stamp * (1.0 / unit), dtype=np.float64) * unit
+        if np.isfinite(since).all() and np.abs(since).max(initial=0.0) < _LONGEST:
             return np.rint(since).astype(np.int64)
     return np.zeros(len(table), dtype=np.int64)

@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import contextlib
 from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import Final
 
-from rosbags.highlevel import AnyReader, AnyReaderError
+from rosbags.highlevel import AnyReader
 from rosbags.interfaces import Connection
 from rosbags.typesys import Stores, get_typestore
 
@@ -19,6 +21,15 @@ from localization.logs.topic_choice import chosen_topics
 from localization.motion.sensor_configuration import Motion, SensorConfiguration
 from localization.types import InvalidReadingError, Pose, Reading
 
+BAGS: Final = {b"\x89MCAP0\r\n": ".mcap", b"#ROSBAG V2.0": ".bag", b"SQLite format 3": ".db3"}
+"""First bytes of the files that may be bags, with the end of the name by which the library knows each."""
+_REMEDIES: Final = {
+    "": "`ros2 bag reindex` or `mcap recover`",
+    ".mcap": "`mcap recover`",
+    ".bag": "`rosbag reindex`",
+    ".db3": "`sqlite3 FILE .recover | sqlite3 NEW.db3`",
+}
+"""How to repair a bag that its recorder never closed, a folder or a file of a kind."""
 _STATIC_SPAN = 10_000_000_000
 """Time at the beginning of a bag in which ``/tf`` is read [ns]; tf 1 repeats static transforms there."""
 
@@ -40,21 +51,24 @@ class RosBag:
     """One line each about topics that are not read, because others hold the same."""
 
     def __init__(self, path: Path | str, layout: SensorLayout | None = None) -> None:
-        """Open a bag: a ``.bag`` file, a folder with ``metadata.yaml``, an ``.mcap`` or ``.db3`` file.
+        """Open a bag: a file of ROS 1, a folder with ``metadata.yaml``, an MCAP or SQLite file.
 
         Raises:
-            LogError: If the bag cannot be read, has neither a scanner nor odometry or wheels, or lacks the
-                mount of a scanner or an inertial unit.
+            LogError: If the bag cannot be read, lacks a topic of the layout, has neither a scanner nor odometry or
+                wheels, or lacks the mount of a scanner or an inertial unit.
         """
         self.path, self.metadata, self.skipped, self.share = Path(path), {}, {}, 0.0
         self._layout = layout or SensorLayout()
         self._tree = FrameTree(self._layout)
         self.mounts, self._topics, self.warnings = {}, {}, ()
         with self._open() as reader:
-            self._topics = {
-                c.topic: c.msgtype for c in reader.connections if _chosen(c.topic, self._layout)
-            }
-            if not self._layout.topics:
+            held, chosen = {c.topic: c.msgtype for c in reader.connections}, self._layout.topics
+            if missing := [topic for topic in chosen if topic not in held]:
+                raise LogError(
+                    f"{self.path}: has no topic {' and no '.join(missing)}; it has: {', '.join(sorted(held))}"
+                )
+            self._topics = {topic: held[topic] for topic in chosen} or held
+            if not chosen:
                 counts = {t: info.msgcount for t, info in reader.topics.items()}
                 self._topics, notes = chosen_topics(self._topics, counts)
                 self.warnings = tuple(f"{self.path}: {note}" for note in notes)
@@ -168,11 +182,20 @@ class RosBag:
         units = [
             c for c in reader.connections if c.topic in self._topics and c.msgtype == ros_types.IMU
         ]
+        used: set[str] = set()
         for connection in (*scans, *units):
             frame = self._first_frame(reader, connection)
-            mount = None if frame is None else self._mount(connection.topic, frame)
-            if mount is not None and connection in scans:
-                self.mounts[str(frame)] = mount
+            if frame is None:
+                continue
+            used.add(frame.lstrip("/"))
+            mount = self._mount(connection.topic, frame)
+            if connection in scans:
+                self.mounts[frame] = mount
+        if unused := [name for name in self._layout.mounts if name.lstrip("/") not in used]:
+            self.warnings += (
+                f"{self.path}: the mount of {' and '.join(map(repr, unused))} is not used: its topics begin in the"
+                f" frames {', '.join(sorted(used))}",
+            )
 
     def _first_frame(self, reader: AnyReader, connection: Connection) -> str | None:
         """Return the frame of a topic's first message; None if there is no message."""
@@ -199,29 +222,28 @@ class RosBag:
 
     @contextmanager
     def _open(self) -> Iterator[AnyReader]:
-        try:
-            reader = AnyReader([self.path], default_typestore=get_typestore(Stores.ROS2_JAZZY))
-            reader.open()
-        except (AnyReaderError, OSError, ValueError, EOFError) as error:
-            reason = " ".join(str(error).split())
-            raise LogError(
-                f"{self.path}: is not a readable bag: {reason}; {self._remedy()}"
-            ) from error
-        try:
+        with ExitStack() as stack:
+            ending = _ending(self.path)
+            try:
+                path = self.path
+                if path.is_file() and path.suffix != ending:
+                    path = Path(stack.enter_context(TemporaryDirectory())) / f"bag{ending}"
+                    path.symlink_to(self.path.resolve())
+                reader = AnyReader([path], default_typestore=get_typestore(Stores.ROS2_JAZZY))
+                stack.enter_context(reader)
+            except Exception as error:
+                reason = " ".join(str(error).split()) or type(error).__name__
+                raise LogError(
+                    f"{self.path}: is not a readable bag: {reason}; if its recorder was interrupted,"
+                    f" {_REMEDIES[ending]} repairs it"
+                ) from error
             yield reader
-        finally:
-            reader.close()
-
-    def _remedy(self) -> str:
-        """Return how to repair a bag that its recorder never closed."""
-        if self.path.is_dir():
-            return (
-                "if its recorder was interrupted, `ros2 bag reindex` or `mcap recover` repairs it"
-            )
-        if self.path.suffix == ".mcap":
-            return "if its recorder was interrupted, `mcap recover` repairs it"
-        return "if its recorder was interrupted, `rosbag reindex` repairs it"
 
 
-def _chosen(topic: str, layout: SensorLayout) -> bool:
-    return not layout.topics or topic in layout.topics
+def _ending(path: Path) -> str:
+    """Return the end of the name that the library demands of a bag; empty for a folder."""
+    if not path.is_file():
+        return ""
+    with path.open("rb") as file:
+        start = file.read(16)
+    return next((ending for first, ending in BAGS.items() if start.startswith(first)), ".bag")

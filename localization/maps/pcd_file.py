@@ -50,10 +50,10 @@ def read_pcd(path: Path, raw: bytes) -> PointTable:
     kind = header["DATA"][0]
     if missing := [c for c in POINT_FIELDS if c not in names]:
         raise CloudError(f"cloud {path} lacks the fields {' '.join(missing)}")
-    if kind == "binary_compressed":
-        return PointTable(_by_open3d(path), None)
     table: dict[str, npt.NDArray[np.generic]]
-    if kind == "ascii":
+    if kind == "binary_compressed":
+        table = _by_open3d(path)
+    elif kind == "ascii":
         columns = np.cumsum([0, *counts])
         rows = np.loadtxt(io.BytesIO(raw[at:]), ndmin=2)
         table = {name: rows[:, c] for name, c in zip(names, columns, strict=False)}
@@ -81,13 +81,17 @@ def read_pcd(path: Path, raw: bytes) -> PointTable:
     return PointTable(points[seen], normals_or_none(normals))
 
 
-def _by_open3d(path: Path) -> FloatArray:
+def _by_open3d(path: Path) -> dict[str, npt.NDArray[np.generic]]:
+    """Return coordinates and normals by field; the normals are zeros if the file has none."""
     try:
-        cloud = import_open3d().io.read_point_cloud(str(path))
+        # Without a format the name would decide.
+        cloud = import_open3d().io.read_point_cloud(str(path), format="pcd")
     except ImportError as error:
         raise CloudError(
             f"cloud {path} is compressed: save it as binary or ascii, or install Open3D: "
             f"{install_command('map')}"
         ) from error
     points: FloatArray = np.array(cloud.points)
-    return points
+    normals = np.array(cloud.normals) if cloud.has_normals() else np.zeros_like(points)
+    columns = np.hstack([points, normals]).T
+    return dict(zip((*POINT_FIELDS, *_NORMAL_FIELDS), columns, strict=True))

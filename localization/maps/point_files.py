@@ -56,13 +56,10 @@ def _read_ply(path: Path) -> PointTable:
 
 
 def _read_text(path: Path, raw: bytes) -> PointTable:
-    lines = raw.split(b"\n", 1)
-    try:
-        first = lines[0].decode("ascii").split()
-    except UnicodeDecodeError:
-        first = []
-    # The first line of a .pts file is the number of its points.
-    body = lines[1] if len(first) == 1 and len(lines) == 2 else raw
+    first, _, rest = raw.partition(b"\n")
+    words = first.replace(b",", b" ").split()
+    # The first line of a .pts file is the number of its points, that of a table often its columns' names.
+    body = rest if rest and (len(words) == 1 or not any(map(_is_number, words))) else raw
     if not body.strip():
         return PointTable(np.zeros((0, 3)), None)
     try:
@@ -81,3 +78,11 @@ def _read_text(path: Path, raw: bytes) -> PointTable:
     if normals is not None and (np.abs(np.linalg.norm(normals, axis=1) - 1.0) > 0.01).any():
         normals = None
     return PointTable(points, normals)
+
+
+def _is_number(word: bytes) -> bool:
+    try:
+        float(word)
+    except ValueError:
+        return False
+    return True

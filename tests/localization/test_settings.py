@@ -38,6 +38,16 @@ def test_texts_become_the_type_of_their_setting() -> None:
     assert isinstance(config.undo_memory, int)
 
 
+@pytest.mark.parametrize("motion", Motion)
+@pytest.mark.parametrize("flat", [False, True])
+def test_settings_of_a_run_are_read_again_whatever_its_sensors_were(
+    tmp_path: Path, motion: Motion, flat: bool
+) -> None:
+    config = LocalizerConfig.of(SensorConfiguration(motion, flat=flat))
+    (tmp_path / "config.json").write_text(json.dumps({"localizer": to_json(config)}))
+    assert with_settings(config, read_settings(tmp_path / "config.json")) == config
+
+
 def test_the_last_of_two_assignments_counts() -> None:
     words = ["registration.inlier_distance=0.2", "registration.inlier_distance=0.3"]
     assert assignments(words) == {"registration.inlier_distance": "0.3"}

@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+import bz2
 import gzip
 import lzma
 import math
@@ -168,6 +169,28 @@ def test_damaged_gzip_is_read_up_to_the_damage_and_a_note_says_so(
     assert any("its compressed data are damaged" in line for line in log.warnings)
 
 
+@pytest.mark.parametrize("pack", [gzip.compress, bz2.compress])
+def test_text_before_garbage_or_a_wrong_checksum_is_read_and_a_note_says_so(
+    pack: Callable[[bytes], bytes], text: str, tmp_path: Path
+) -> None:
+    whole, damaged = pack(text.encode()), bytearray(pack(text.encode()))
+    damaged[-6] ^= 1
+    packed = tmp_path / "log"
+    packed.write_bytes(whole + damaged)
+    log = CarmenLog(packed)
+    assert len(list(log)) >= len(list(carmen(tmp_path, text)))
+    assert any("its compressed data are damaged" in line for line in log.warnings)
+
+
+def test_compressed_file_that_is_cut_before_its_first_line_is_named_as_such(
+    text: str, tmp_path: Path
+) -> None:
+    packed = tmp_path / "log.bz2"
+    packed.write_bytes(bz2.compress(text.encode())[:500])
+    with pytest.raises(LogError, match="no scan, and its compressed data are cut short"):
+        CarmenLog(packed)
+
+
 def test_broken_lines_are_counted_with_the_reason(text: str, tmp_path: Path) -> None:
     lines = text.splitlines()
     lines[6] = "FLASER 181 1.0 2.0"
@@ -176,7 +199,15 @@ def test_broken_lines_are_counted_with_the_reason(text: str, tmp_path: Path) -> 
     whole = text.count("FLASER") * 2 + text.count("ODOM")
     assert len(list(log)) == whole - 3
     assert log.skipped["FLASER"].count == 1
+    assert log.skipped["FLASER"].reason == "the line ends after 3 of at least 189 words"
     assert "finite" in log.skipped["ODOM"].reason
+
+
+@pytest.mark.parametrize("time", ["inf", "nan", "-1.0", "1e999999", "1e10", "soon"])
+def test_line_with_an_invalid_time_is_counted_with_it(text: str, tmp_path: Path, time: str) -> None:
+    log = carmen(tmp_path, f"{text}\nODOM 0 0 0 0 0 0 {time} robot 1\n")
+    list(log)
+    assert log.skipped["ODOM"].reason.endswith(f"got {time}")
 
 
 @pytest.mark.parametrize(

@@ -1,15 +1,18 @@
 from __future__ import annotations
 
+import contextlib
 from collections.abc import Callable, Iterable
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
+import tyro
 from rosbags.rosbag1 import Writer as Ros1Writer
 from rosbags.rosbag2 import CompressionFormat, CompressionMode, StoragePlugin, Writer as Ros2Writer
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
+from localization.cli.localize import Localize
 from localization.cli.sensor_layout import layout_of
 from localization.geometry import (
     FloatArray,
@@ -21,7 +24,7 @@ from localization.logs.laser_scan_message import scan_message
 from localization.logs.log_interface import LogError
 from localization.logs.motion_messages import inertial_message, odometry_message
 from localization.logs.open_log import open_log
-from localization.logs.point_cloud_message import points_message
+from localization.logs.point_cloud_message import points_message, read_points
 from localization.logs.ros_bag import RosBag
 from localization.logs.ros_types import (
     JOINT_STATE,
@@ -313,6 +316,17 @@ def test_static_frames_of_tf_1_are_found_on_tf(tmp_path: Path, drive: Drive) -> 
     )
 
 
+def test_transform_without_a_rotation_leaves_the_others_in_use(
+    tmp_path: Path, drive: Drive
+) -> None:
+    # Drivers that know no rotation leave its quaternion at zeros.
+    held, arm = recorded(drive.readings()[:50]), transforms([("deck", "arm", DECK)])
+    arm.transforms[0].transform.rotation.w = 0.0  # type: ignore[attr-defined]
+    arm.transforms[0].transform.rotation.z = 0.0  # type: ignore[attr-defined]
+    bag = RosBag(ros1(tmp_path / "bag", [("/tf_static", SECOND, arm), *held]))
+    assert set(bag.mounts) == set(MOUNTS)
+
+
 def test_bag_without_frames_needs_a_given_mount(tmp_path: Path, drive: Drive) -> None:
     path = ros1(tmp_path / "bag", recorded(drive.readings()[:50])[1:])
     with pytest.raises(
@@ -321,6 +335,38 @@ def test_bag_without_frames_needs_a_given_mount(tmp_path: Path, drive: Drive) ->
         RosBag(path)
     layout = SensorLayout(mounts={**MOUNTS, "imu": IMU})
     assert set(RosBag(path, layout).mounts) == set(MOUNTS)
+
+
+def test_mount_may_be_given_with_the_slash_that_tf_1_puts_before_a_frame(
+    tmp_path: Path, drive: Drive
+) -> None:
+    held = recorded(r for r in drive.readings()[:50] if not isinstance(r, WheelSpeeds))[1:]
+    for _, _, message in held:
+        message.header.frame_id = f"/{message.header.frame_id}"  # type: ignore[attr-defined]
+    layout = SensorLayout(mounts={f"/{n}": m for n, m in {**MOUNTS, "imu": IMU}.items()})
+    bag = RosBag(ros1(tmp_path / "bag", held), layout)
+    assert set(bag.mounts) == {f"/{name}" for name in MOUNTS}
+    assert bag.warnings == ()
+
+
+def test_given_mount_that_no_topic_uses_is_named_with_the_frames_there_are(
+    tmp_path: Path, drive: Drive
+) -> None:
+    path = ros1(tmp_path / "bag", recorded(drive.readings()[:50]))
+    (warning,) = RosBag(path, SensorLayout(mounts={"laser": Pose.identity()})).warnings
+    assert "mount of 'laser' is not used" in warning
+    assert "imu, laser_horizontal, laser_vertical" in warning
+
+
+def test_options_for_mounts_and_topics_may_be_given_once_or_several_times() -> None:
+    laser, unit = ["laser", "0.2", "0", "0.3", "90"], ["imu", "0.1", "0", "0.2", "0", "0", "30"]
+    once = ["log", "--mount", *laser, *unit, "--topics", "/scan", "/imu"]
+    again = ["log", "--mount", *laser, "--mount", *unit, "--topics", "/scan", "--topics", "/imu"]
+    for words in (once, again):
+        asked = tyro.cli(Localize, args=words)
+        layout = layout_of(asked.mount, asked.topics)
+        assert list(layout.mounts) == ["laser", "imu"]
+        assert layout.topics == ("/scan", "/imu")
 
 
 UNLINKED = Pose.from_euler([0.1, 0.0, 0.2], roll=0.5 * np.pi, yaw=-0.3)
@@ -398,6 +444,12 @@ def test_topics_can_be_chosen(tmp_path: Path, drive: Drive) -> None:
     assert bag.sensors == SensorConfiguration(Motion.WHEELS, flat=True)
 
 
+def test_topic_that_a_bag_lacks_is_an_error_with_those_it_has(tmp_path: Path, drive: Drive) -> None:
+    path = ros1(tmp_path / "bag", recorded(drive.readings()[:50]))
+    with pytest.raises(LogError, match=r"no topic /joint; it has: /front/scan, /imu, /joints,"):
+        RosBag(path, SensorLayout(topics=("/front/scan", "/joint")))
+
+
 def test_messages_without_a_reading_are_counted_with_a_reason(tmp_path: Path, drive: Drive) -> None:
     text = build("std_msgs/msg/String", data="hello")
     held = [*recorded(drive.readings()[:50]), ("/chatter", 9 * SECOND, text)]
@@ -429,6 +481,41 @@ def test_damaged_and_foreign_files_are_rejected_in_one_line(tmp_path: Path, driv
         assert "\n" not in str(error.value)
 
 
+@pytest.mark.parametrize(
+    ("kind", "remedy"),
+    [("ros1", "rosbag reindex"), ("sqlite3", "sqlite3 FILE .recover"), ("mcap", "mcap recover")],
+)
+def test_content_of_a_bag_decides_how_it_is_read_and_repaired_not_its_name(
+    tmp_path: Path, drive: Drive, kind: str, remedy: str
+) -> None:
+    readings = drive.readings()[:50]
+    bag = KINDS[kind](tmp_path / "bag", recorded(readings))
+    (file,) = [bag] if bag.is_file() else [p for p in bag.iterdir() if p.stem == "bag"]
+    renamed = file.rename(tmp_path / "drive.bag.active")
+    assert len(list(open_log(renamed))) == len(readings)
+    renamed.write_bytes(renamed.read_bytes()[:5000])
+    with pytest.raises(LogError, match=remedy):
+        open_log(renamed)
+
+
+def test_bag_with_a_damaged_index_is_rejected_in_one_line(tmp_path: Path, drive: Drive) -> None:
+    (file,) = KINDS["mcap"](tmp_path / "bag", recorded(drive.readings()[:50])).glob("*.mcap")
+    whole = file.read_bytes()
+    for at in range(len(whole) - 320, len(whole) - 200, 3):
+        file.write_bytes(whole[:at] + 8 * b"\xff" + whole[at + 8 :])
+        with contextlib.suppress(LogError):
+            list(open_log(file))
+
+
+def test_folder_of_a_recorder_that_was_killed_is_an_error_with_the_tool_that_repairs_it(
+    tmp_path: Path, drive: Drive
+) -> None:
+    bag = KINDS["mcap"](tmp_path / "bag", recorded(drive.readings()[:50]))
+    (bag / "metadata.yaml").unlink()
+    with pytest.raises(LogError, match="`ros2 bag reindex` or `mcap recover` repairs it"):
+        open_log(bag)
+
+
 def test_own_logs_are_distinguished_from_bags_by_their_content(
     tmp_path: Path, drive: Drive
 ) -> None:
@@ -437,7 +524,49 @@ def test_own_logs_are_distinguished_from_bags_by_their_content(
     assert open_log(path).sensors == SensorConfiguration()
 
 
+def test_given_mount_takes_the_place_of_that_in_a_log_of_ours_and_another_name_is_an_error(
+    tmp_path: Path, drive: Drive
+) -> None:
+    path = write_log(tmp_path / "drive.mcap", drive.readings()[:30])
+    there = Pose.planar(0.5, 0.0, 0.1)
+    log = open_log(path, SensorLayout(mounts={"laser_vertical": there}))
+    assert log.mounts["laser_vertical"] is there
+    assert list(log.mounts) == list(MOUNTS)
+    with pytest.raises(LogError, match=r"no scanner 'laser' to mount; it has: laser_horizontal,"):
+        open_log(path, SensorLayout(mounts={"laser": there}))
+    with pytest.raises(LogError, match="leave out --topics"):
+        open_log(path, SensorLayout(topics=("/scan",)))
+
+
 # Scanners of several planes
+
+
+@pytest.mark.parametrize("step", [0, 8, 2**31])
+def test_cloud_whose_fields_do_not_fit_its_points_is_counted_with_the_reason(
+    tmp_path: Path, drive: Drive, step: int
+) -> None:
+    message = points_message(turn(drive, SECOND))
+    message.point_step = step
+    held = [*recorded(drive.readings()[:50]), ("/points", 9 * SECOND, message)]
+    bag = RosBag(ros2(tmp_path / "bag", held, StoragePlugin.MCAP))
+    assert len(list(bag)) == 50
+    assert f"x, y, z, t do not fit its {step} bytes a point" in bag.skipped["/points"].reason
+
+
+@pytest.mark.parametrize("stamp", [3 * SECOND, 1_700_000_000 * SECOND])
+@pytest.mark.parametrize("unit", [1.0, 1e-9])
+def test_times_of_points_as_floats_may_be_nanoseconds_or_seconds_of_any_clock(
+    stamp: int, unit: float
+) -> None:
+    offsets = np.arange(0, 100_000_000, 10_000_000)
+    message = points_message(PointScan(stamp, "livox", np.ones((10, 3)), offsets))
+    kind = [("x", "<f4"), ("y", "<f4"), ("z", "<f4"), ("t", "<f8")]
+    table = np.ones(10, dtype=kind)
+    table["t"] = (stamp + offsets) * unit
+    message.point_step, message.row_step = 20, 200
+    message.fields[3].datatype = 8
+    message.data = np.frombuffer(table.tobytes(), dtype=np.uint8)
+    np.testing.assert_allclose(read_points(message).offsets, offsets, atol=500)
 
 
 def turn(drive: Drive, stamp: int) -> PointScan:

@@ -92,8 +92,29 @@ def counted_text(path: Path, points: FloatArray) -> Path:
     return path
 
 
+def table_with_commas(path: Path, points: FloatArray) -> Path:
+    path.write_text("".join(f"{x:.5f},{y:.5f},{z:.5f}\n" for x, y, z in points))
+    return path
+
+
+def named_table(path: Path, points: FloatArray) -> Path:
+    """As CloudCompare writes it."""
+    path.write_text("//X Y Z\n" + "".join(f"{x:.5f} {y:.5f} {z:.5f}\n" for x, y, z in points))
+    return path
+
+
+def compressed_pcd(path: Path, points: FloatArray) -> Path:
+    """With a beam that nothing answered, under a name that Open3D does not know."""
+    open3d = pytest.importorskip("open3d")
+    cloud = open3d.geometry.PointCloud()
+    cloud.points = open3d.utility.Vector3dVector(np.vstack([points, np.full((1, 3), np.nan)]))
+    written = path.with_suffix(".pcd")
+    assert open3d.io.write_point_cloud(str(written), cloud, compressed=True)
+    return written.rename(path)
+
+
 WRITERS: list[Callable[[Path, FloatArray], Path]] = [
-    bare_ply, ascii_pcd, binary_pcd, text, counted_text,
+    bare_ply, ascii_pcd, binary_pcd, text, counted_text, table_with_commas, named_table,
 ]  # fmt: skip
 
 
@@ -167,7 +188,7 @@ def test_place_inside_replaces_a_missing_floor(tmp_path: Path) -> None:
         load_cloud(path, inside=(2.02, 1.8, 0.6))
 
 
-@pytest.mark.parametrize("write", WRITERS)
+@pytest.mark.parametrize("write", [*WRITERS, compressed_pcd])
 def test_every_kind_of_file_gives_its_points(
     write: Callable[[Path, FloatArray], Path], tmp_path: Path
 ) -> None:
@@ -176,6 +197,22 @@ def test_every_kind_of_file_gives_its_points(
     table = read_points(path, path.read_bytes())
     assert table.normals is None
     np.testing.assert_allclose(table.points, points, atol=2e-5)
+
+
+def test_compressed_pcd_keeps_its_normals_and_is_named_if_it_is_cut(tmp_path: Path) -> None:
+    open3d = pytest.importorskip("open3d")
+    cloud, place = open3d.geometry.PointCloud(), HALL.cloud(0.2)
+    cloud.points = open3d.utility.Vector3dVector(place.points.copy())
+    cloud.normals = open3d.utility.Vector3dVector(place.normals.astype(float))
+    path = tmp_path / "cloud.pcd"
+    assert open3d.io.write_point_cloud(str(path), cloud, compressed=True)
+    normals = read_points(path, path.read_bytes()).normals
+    assert normals is not None
+    np.testing.assert_allclose(normals, place.normals, atol=1e-6)
+    whole = path.read_bytes()
+    path.write_bytes(whole[: len(whole) // 2])
+    with pytest.raises(CloudError, match="cut short: 0 of"):
+        read_points(path, path.read_bytes())
 
 
 def test_six_columns_are_normals_if_they_are_of_unit_length(tmp_path: Path) -> None:
