@@ -164,6 +164,47 @@ def test_two_scenarios_of_one_name_have_folders_of_their_own(tmp_path: Path) -> 
     assert folders == [tmp_path / "a", tmp_path / "a-2"]
 
 
+IMPATIENT = """\
+import multiprocessing, os, signal
+from teleop.scenario.operators.operator import Operator
+
+class Impatient(Operator):
+    def begin(self, wire, briefing):
+        self.is_waiting = True
+
+    def act(self, wire, now):
+        if self.is_waiting and now >= 400_000_000:
+            self.is_waiting = False
+            is_command = multiprocessing.parent_process() is None
+            os.kill(os.getpid() if is_command else os.getppid(), signal.SIGINT)
+"""
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("jobs", ["1", pytest.param("2", marks=pytest.mark.process)])
+def test_ctrl_c_ends_all_scenarios_and_what_had_begun_is_reported(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], jobs: str
+) -> None:
+    (tmp_path / "impatient.py").write_text(IMPATIENT)
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(sys, "path", [*sys.path])
+    for name in ("a", "b", "c", "d", "e"):
+        file = scenario_file(tmp_path, name)
+        file.write_text(file.read_text().replace("1.5", "1000"))
+    words = ["run", ".", "--jobs", jobs, "--operator", "impatient:Impatient", "--out", "out"]
+    assert main(["scenario", *words]) == 130
+    said = capsys.readouterr()
+    assert "MISSED" in said.out
+    assert "    interrupted" in said.out
+    assert "interrupted: not all scenarios were run to their ends" in said.err
+    root = Xml.parse(tmp_path / "out/junit.xml").getroot()
+    begun = [str(suite.get("name")) for suite in root]
+    assert "a" in begun
+    assert len(begun) <= int(jobs)
+    assert root.get("errors") == str(len(begun))
+    assert all((tmp_path / "out" / name / "report.html").is_file() for name in begun)
+
+
 OPERATORS = """\
 from teleop.scenario.operators.operator import Operator
 
