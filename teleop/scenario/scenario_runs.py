@@ -9,11 +9,13 @@ from collections.abc import Sequence
 from concurrent.futures import Future, as_completed
 from contextlib import suppress
 from dataclasses import dataclass, replace
+from itertools import count
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal
 
 from localization.errors import LocalizationError
 from teleop.errors import SettingError, TeleopError
+from teleop.scenario.reports.run_reports import JUNIT
 from teleop.scenario.worker_pool import worker_pool
 
 if TYPE_CHECKING:
@@ -186,13 +188,14 @@ def not_run(file: Path, reason: str) -> Ran:
 
 
 def with_folders(requests: Sequence[RunRequest], folder: Path) -> list[RunRequest]:
-    """Return requests with a folder of its own for each, named after its scenario."""
-    taken: dict[str, int] = {}
+    """Return requests with a folder of its own for each, named after its scenario, beside the report on all."""
+    taken = {JUNIT}
     placed = []
     for request in requests:
         name = request.scenario.name
-        taken[name] = number = taken.get(name, 0) + 1
-        own = name if number == 1 else f"{name}-{number}"
+        names = (name if number == 1 else f"{name}-{number}" for number in count(1))
+        own = next(each for each in names if each not in taken)
+        taken.add(own)
         placed.append(replace(request, folder=folder / own))
     return placed
 

@@ -164,6 +164,14 @@ def test_two_scenarios_of_one_name_have_folders_of_their_own(tmp_path: Path) -> 
     assert folders == [tmp_path / "a", tmp_path / "a-2"]
 
 
+def test_no_scenario_is_named_as_a_folder_or_file_that_is_there_already(tmp_path: Path) -> None:
+    names = ("a", "a", "a-2", "junit.xml")
+    read = [read_scenario(scenario_file(tmp_path, name)) for name in names]
+    requests = [RunRequest(tmp_path, scenario, Path()) for scenario in read]
+    folders = [r.folder.name for r in with_folders(requests, tmp_path)]
+    assert folders == ["a", "a-2", "a-2-2", "junit.xml-2"]
+
+
 IMPATIENT = """\
 import multiprocessing, os, signal
 from teleop.scenario.operators.operator import Operator
