@@ -37,7 +37,8 @@ def read_scenario(path: Path) -> Scenario:
     if path.stat().st_size > _LARGEST:
         raise ScenarioFileError([f"{path}: larger than {_LARGEST >> 20} MiB: no scenario file"])
     try:
-        text = path.read_bytes().decode("utf-8").replace("\r\n", "\n")
+        # Editors on Windows begin a file with a mark of the byte order.
+        text = path.read_bytes().decode("utf-8-sig").replace("\r\n", "\n")
         data = tomllib.loads(text)
     except UnicodeDecodeError as error:
         line = error.object[: error.start].count(b"\n") + 1

@@ -56,7 +56,7 @@ def _files(word: str) -> list[Path]:
 def _is_floor_plan(file: Path) -> bool:
     """Return whether a file is a world that lies beside scenarios; one that is damaged is taken for a scenario."""
     try:
-        data = tomllib.loads(file.read_text(encoding="utf-8"))
+        data = tomllib.loads(file.read_text(encoding="utf-8-sig"))
     except (tomllib.TOMLDecodeError, UnicodeDecodeError):
         return False
     return "bounds" in data and "format" not in data
