@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import asyncio
+import shlex
 from collections.abc import Sequence
 from contextlib import nullcontext
 from dataclasses import replace
 from pathlib import Path
-from typing import Literal
+from typing import Final, Literal
 
 from localization.types import SECOND
 from teleop.clock import wall_seconds
@@ -43,6 +44,8 @@ from teleop.scenario.session.referee_notes import Ending
 from teleop.scenario.session.run_folder import CLIENT_LOG, RunFolder
 from teleop.scenario.session.scene import Scene, checked_scene_of, scene_of
 from teleop.scenario.session.session import Session
+
+_REPLAY: Final = ("farsteer", "scenario", "replay")
 
 Pace = Literal["lockstep", "real"]
 """Whether robot time goes as fast as it can, or as the client steps it; or as the clock goes."""
@@ -328,6 +331,6 @@ def outcome_of(session: Session, pace: str, factor: float, failure: str) -> Outc
         sha256=session.referee.log.sha256,
         pace=pace,
         factor=factor,
-        replay="" if folder is None else f"farsteer scenario replay {folder}",
+        replay="" if folder is None else shlex.join([*_REPLAY, str(folder)]),
         cut_short=session.cut_short,
     )

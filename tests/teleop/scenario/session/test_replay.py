@@ -119,8 +119,8 @@ def test_repeated_run_can_be_repeated(recorded: Path, tmp_path: Path) -> None:
 
 def test_repeated_run_says_where_it_is_kept(recorded: Path, tmp_path: Path) -> None:
     assert replay_run(recorded).replay == ""
-    again = tmp_path / "again"
-    assert replay_run(recorded, again).replay == f"farsteer scenario replay {again}"
+    again = tmp_path / "once again"
+    assert replay_run(recorded, again).replay == f"farsteer scenario replay '{again}'"
 
 
 @pytest.mark.slow
