@@ -188,15 +188,16 @@ def not_run(file: Path, reason: str) -> Ran:
 
 
 def with_folders(requests: Sequence[RunRequest], folder: Path) -> list[RunRequest]:
-    """Return requests with a folder of its own for each, named after its scenario, beside the report on all."""
+    """Return requests with a name of its own for each, and a folder of that name beside the report on all."""
     taken = {JUNIT}
     placed = []
     for request in requests:
-        name = request.scenario.name
-        names = (name if number == 1 else f"{name}-{number}" for number in count(1))
+        scenario, name = request.scenario, request.scenario.name
+        # Readers of JUnit XML take cases of one name for one.
+        names = (name if number == 1 else f"{name[:70]}-{number}" for number in count(1))
         own = next(each for each in names if each not in taken)
         taken.add(own)
-        placed.append(replace(request, folder=folder / own))
+        placed.append(replace(request, scenario=replace(scenario, name=own), folder=folder / own))
     return placed
 
 

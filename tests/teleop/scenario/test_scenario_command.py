@@ -158,19 +158,14 @@ def test_words_name_files_folders_and_scenarios_of_the_project(tmp_path: Path) -
         scenario_files([str(tmp_path / "empty")])
 
 
-def test_two_scenarios_of_one_name_have_folders_of_their_own(tmp_path: Path) -> None:
-    file = scenario_file(tmp_path, "a")
-    request = RunRequest(file, read_scenario(file), Path())
-    folders = [r.folder for r in with_folders([request, request], tmp_path)]
-    assert folders == [tmp_path / "a", tmp_path / "a-2"]
-
-
-def test_no_scenario_is_named_as_a_folder_or_file_that_is_there_already(tmp_path: Path) -> None:
-    names = ("a", "a", "a-2", "junit.xml")
+def test_each_of_many_scenarios_has_a_name_and_a_folder_of_its_own(tmp_path: Path) -> None:
+    long = "b" * 80
+    names = ("a", "a", "a-2", "junit.xml", long, long)
     read = [read_scenario(scenario_file(tmp_path, name)) for name in names]
-    requests = [RunRequest(tmp_path, scenario, Path()) for scenario in read]
-    folders = [r.folder.name for r in with_folders(requests, tmp_path)]
-    assert folders == ["a", "a-2", "a-2-2", "junit.xml-2"]
+    requests = with_folders([RunRequest(tmp_path, each, Path()) for each in read], tmp_path)
+    found = [request.folder.name for request in requests]
+    assert found == ["a", "a-2", "a-2-2", "junit.xml-2", long, f"{long[:70]}-2"]
+    assert [request.scenario.name for request in requests] == found
 
 
 IMPATIENT = """\
