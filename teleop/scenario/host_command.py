@@ -2,20 +2,21 @@
 
 from __future__ import annotations
 
+import json
 import signal
 from dataclasses import dataclass
 from typing import Annotated
 
 import tyro
 
-from localization.cli.terminal import remark, say_json
+from localization.cli.terminal import remark, say
 
 
 @dataclass(frozen=True)
 class Host:
     """Serve a robot in lockstep for tests in any language, until SIGINT or SIGTERM.
 
-    It prints one JSON object with the robot's address and the referee's token. Who connects with this token may step
+    It prints a line, a JSON object with the robot's address and the referee's token. Who connects with this token may step
     the robot, put it elsewhere, reset the world, and put boxes and people into it, by the services of
     `simulation_interfaces` (docs/topics.md); everybody else is a client like any other. Give the token to your tests,
     never to the client under test.
@@ -42,7 +43,8 @@ class Host:
         robot = RobotProcess(scenario, "lockstep", spares=True, camera=self.camera)
         try:
             signal.pthread_sigmask(signal.SIG_BLOCK, waited_for)
-            say_json({"url": robot.url, "port": robot.port, "token": robot.token})
+            # In one line, after which who waits for it knows that it is whole.
+            say(json.dumps({"url": robot.url, "port": robot.port, "token": robot.token}))
             remark(*robot.notes)
             remark("serving until Ctrl-C")
             signal.sigwait(waited_for)

@@ -136,9 +136,11 @@ def _run(file: str | Path, folder: Path, seed: int | None, how: dict[str, Any]) 
     scenario = read_scenario(path)
     if seed is not None:
         scenario = replace(scenario, seed=seed)
-    outcome = run_request(RunRequest(path, scenario, folder, **how)).outcome
-    assert outcome is not None
-    return outcome
+    ran = run_request(RunRequest(path, scenario, folder, **how))
+    if ran.is_interrupted:
+        raise KeyboardInterrupt  # the tests', too
+    assert ran.outcome is not None
+    return ran.outcome
 
 
 def _or_fail(run: Callable[[], Outcome]) -> Outcome:

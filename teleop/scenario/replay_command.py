@@ -99,7 +99,6 @@ class Replay:
             word = "the same, to the bit" if is_same else "NOT the same"
             say(
                 *table([verdict(outcome)]),
-                outcome.ending,
                 f"{self.run} was killed before it was judged; true poses as far as it went: {word}",
             )
         return int(not is_same)

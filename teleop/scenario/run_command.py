@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 import tyro
 
-from localization.cli.terminal import Progress, say, say_json
+from localization.cli.terminal import Progress, remark, say, say_json
 from localization.extras import require
 from teleop.errors import SettingError
 from teleop.scenario.run_files import RUN_FILES
@@ -92,7 +92,7 @@ class Run:
             with writing_to(folder):
                 ran = self._run_all(readable, refused, files, folder, bar)
         bar.end()
-        return self._report(ran, folder)
+        return self._report(ran, folder, is_whole=len(ran) == len(files))
 
     def _request(self, file: Path) -> RunRequest:
         from teleop.scenario.files.reading import read_scenario
@@ -162,7 +162,7 @@ class Run:
         (folder / JUNIT).write_bytes(junit(outcomes, failures))
         return ran
 
-    def _report(self, ran: Sequence[Ran], folder: Path) -> int:
+    def _report(self, ran: Sequence[Ran], folder: Path, *, is_whole: bool) -> int:
         from teleop.scenario.reports.table import table
 
         verdicts = [each.verdict for each in ran]
@@ -170,7 +170,8 @@ class Run:
             say_json({"scenarios": [_plain(each) for each in ran], "folder": folder})
         else:
             say(*table(verdicts), f"\nfiles in {folder}/")
-        if any(e.outcome is not None and e.outcome.ending == "interrupted" for e in ran):
+        if not is_whole or any(each.is_interrupted for each in ran):
+            remark("interrupted: not all scenarios were run to their ends")
             return 130
         return max(int(verdict.status) for verdict in verdicts)
 

@@ -3,18 +3,20 @@
 from __future__ import annotations
 
 import importlib
-import multiprocessing
 import os
 import sys
 from collections.abc import Sequence
-from concurrent.futures import ProcessPoolExecutor, as_completed
-from concurrent.futures.process import BrokenProcessPool
+from concurrent.futures import Future, as_completed
+from contextlib import suppress
 from dataclasses import dataclass, replace
+from itertools import count
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal
 
 from localization.errors import LocalizationError
 from teleop.errors import SettingError, TeleopError
+from teleop.scenario.reports.run_reports import JUNIT
+from teleop.scenario.worker_pool import worker_pool
 
 if TYPE_CHECKING:
     from teleop.scenario.files.scenario import Scenario
@@ -56,6 +58,8 @@ class Ran:
     """Its outcome; None if it could not be run."""
     file: Path
     """The scenario file."""
+    is_interrupted: bool = False
+    """Whether Ctrl-C ended it."""
 
     @property
     def failure(self) -> str:
@@ -81,7 +85,7 @@ def check_request(request: RunRequest) -> None:
 
 
 def run_request(request: RunRequest, progress: Progress = lambda share, text: None) -> Ran:
-    """Run a scenario and write its reports.
+    """Run a scenario and write its reports, also if Ctrl-C ends it.
 
     Raises:
         TeleopError: If it cannot be run; an error of the scenario names file and line.
@@ -91,12 +95,13 @@ def run_request(request: RunRequest, progress: Progress = lambda share, text: No
     from teleop.scenario.files.errors import ScenarioError, located
     from teleop.scenario.reports.run_reports import write_reports
     from teleop.scenario.reports.table import verdict
-    from teleop.scenario.session.run import run_scenario
+    from teleop.scenario.session.run import RunInterrupted, run_scenario
     from teleop.scenario.session.scene import scene_of
 
     operator = request.operator
     if isinstance(operator, str):
         operator = operator_named(operator)
+    is_interrupted = False
     try:
         outcome = run_scenario(
             request.scenario,
@@ -111,10 +116,12 @@ def run_request(request: RunRequest, progress: Progress = lambda share, text: No
         )
     except ScenarioError as error:
         raise located(error, request.file) from None
+    except RunInterrupted as interruption:
+        outcome, is_interrupted = interruption.outcome, True
     progress(1.0, "writing the report")
     points = scene_of(request.scenario, request.file.parent).cloud.points
     write_reports(outcome, request.folder, points)
-    return Ran(verdict(outcome, str(request.folder)), outcome, request.file)
+    return Ran(verdict(outcome, str(request.folder)), outcome, request.file, is_interrupted)
 
 
 def run_many(
@@ -126,27 +133,36 @@ def run_many(
         requests: The scenarios.
         jobs: Number of processes.
         progress: Called as each scenario is over.
+
+    Returns:
+        What came of them; upon Ctrl-C, of those that had begun.
+
+    Raises:
+        TeleopError: If one of the processes was killed.
     """
     if jobs == 1:
-        ran = []
+        return _one_by_one(requests, progress)
+    futures: list[Future[Ran]] = []
+    with suppress(KeyboardInterrupt), worker_pool(min(jobs, len(requests))) as pool:
+        futures += [pool.submit(_run_or_say_why, request) for request in requests]
+        for number, future in enumerate(as_completed(futures), 1):
+            progress(number / len(requests), _line(future.result()))
+    return [each.result() for each in futures if not _has_not_begun(each)]
+
+
+def _one_by_one(requests: Sequence[RunRequest], progress: Progress) -> list[Ran]:
+    ran: list[Ran] = []
+    with suppress(KeyboardInterrupt):
         for number, request in enumerate(requests, 1):
             ran.append(_run_or_say_why(request))
             progress(number / len(requests), _line(ran[-1]))
-        return ran
-    context = multiprocessing.get_context("spawn")
-    with ProcessPoolExecutor(min(jobs, len(requests)), mp_context=context) as pool:
-        futures = [pool.submit(_run_or_say_why, request) for request in requests]
-        try:
-            for number, future in enumerate(as_completed(futures), 1):
-                progress(number / len(requests), _line(future.result()))
-        except KeyboardInterrupt:
-            pool.shutdown(cancel_futures=True)
-            raise
-        except BrokenProcessPool:
-            raise TeleopError(
-                "a process that ran scenarios was killed, perhaps for want of memory; try fewer --jobs"
-            ) from None
-        return [future.result() for future in futures]
+            if ran[-1].is_interrupted:
+                break
+    return ran
+
+
+def _has_not_begun(future: Future[Ran]) -> bool:
+    return future.cancelled() or isinstance(future.exception(), KeyboardInterrupt)
 
 
 def _line(ran: Ran) -> str:
@@ -172,14 +188,16 @@ def not_run(file: Path, reason: str) -> Ran:
 
 
 def with_folders(requests: Sequence[RunRequest], folder: Path) -> list[RunRequest]:
-    """Return requests with a folder of its own for each, named after its scenario."""
-    taken: dict[str, int] = {}
+    """Return requests with a name of its own for each, and a folder of that name beside the report on all."""
+    taken = {JUNIT}
     placed = []
     for request in requests:
-        name = request.scenario.name
-        taken[name] = number = taken.get(name, 0) + 1
-        own = name if number == 1 else f"{name}-{number}"
-        placed.append(replace(request, folder=folder / own))
+        scenario, name = request.scenario, request.scenario.name
+        # Readers of JUnit XML take cases of one name for one.
+        names = (name if number == 1 else f"{name[:70]}-{number}" for number in count(1))
+        own = next(each for each in names if each not in taken)
+        taken.add(own)
+        placed.append(replace(request, scenario=replace(scenario, name=own), folder=folder / own))
     return placed
 
 

@@ -36,9 +36,18 @@ class ScenarioFileError(TeleopError):
         super().__init__("\n".join(errors))
 
 
+def text_of(file: Path) -> str:
+    """Return the text of a scenario file, without the mark of the byte order with which editors on Windows begin it.
+
+    Raises:
+        UnicodeDecodeError: If it is not UTF-8.
+    """
+    return file.read_text(encoding="utf-8-sig")
+
+
 def located(error: ScenarioError, file: Path) -> ScenarioFileError:
     """Return an error of a scenario file with its file and line."""
-    lines = lines_of(file.read_text(encoding="utf-8"))
+    lines = lines_of(text_of(file))
     return ScenarioFileError([line_of_error(error, file, lines)])
 
 

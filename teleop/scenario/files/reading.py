@@ -11,7 +11,13 @@ from typing import Any, Final
 
 from pydantic import ValidationError
 
-from teleop.scenario.files.errors import ScenarioError, ScenarioFileError, line_of, line_of_error
+from teleop.scenario.files.errors import (
+    ScenarioError,
+    ScenarioFileError,
+    line_of,
+    line_of_error,
+    text_of,
+)
 from teleop.scenario.files.lines import lines_of
 from teleop.scenario.files.operator_settings import Replay
 from teleop.scenario.files.problems import scenario_errors
@@ -37,7 +43,7 @@ def read_scenario(path: Path) -> Scenario:
     if path.stat().st_size > _LARGEST:
         raise ScenarioFileError([f"{path}: larger than {_LARGEST >> 20} MiB: no scenario file"])
     try:
-        text = path.read_bytes().decode("utf-8").replace("\r\n", "\n")
+        text = text_of(path)
         data = tomllib.loads(text)
     except UnicodeDecodeError as error:
         line = error.object[: error.start].count(b"\n") + 1

@@ -7,6 +7,7 @@ from collections.abc import Iterable
 from pathlib import Path
 
 from teleop.errors import SettingError
+from teleop.scenario.files.errors import text_of
 
 
 def shipped_folder() -> Path:
@@ -56,7 +57,7 @@ def _files(word: str) -> list[Path]:
 def _is_floor_plan(file: Path) -> bool:
     """Return whether a file is a world that lies beside scenarios; one that is damaged is taken for a scenario."""
     try:
-        data = tomllib.loads(file.read_text(encoding="utf-8"))
+        data = tomllib.loads(text_of(file))
     except (tomllib.TOMLDecodeError, UnicodeDecodeError):
         return False
     return "bounds" in data and "format" not in data

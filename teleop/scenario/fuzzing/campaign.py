@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import math
-import multiprocessing
 from collections.abc import Iterable, Iterator
-from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
+from concurrent.futures import FIRST_COMPLETED, Future, wait
 from dataclasses import dataclass, replace
 from itertools import islice
 
@@ -16,6 +15,7 @@ from teleop.scenario.fuzzing.drawing import draw_session
 from teleop.scenario.fuzzing.judged_session import JudgedSession, judge_session
 from teleop.scenario.fuzzing.shrinking import shrink
 from teleop.scenario.referee.rules.rule import Broken
+from teleop.scenario.worker_pool import worker_pool
 
 _AGAIN = 20
 """Of so many sessions one is run twice, and must give the same bits."""
@@ -104,10 +104,12 @@ def campaign(
         jobs: Number of processes.
         seconds: Real time after which none is begun [s].
         shrinking: Whether failures are shrunk.
+
+    Raises:
+        TeleopError: If one of the processes was killed.
     """
     begun, waiting = wall_seconds(), iter(numbers)
-    context = multiprocessing.get_context("spawn")
-    with ProcessPoolExecutor(jobs, mp_context=context) as pool:
+    with worker_pool(jobs) as pool:
         running: set[Future[Attempt]] = {
             pool.submit(attempt, number, shrinking=shrinking) for number in islice(waiting, jobs)
         }

@@ -129,6 +129,13 @@ class Outcome:
     """Robot time over real time."""
     replay: str
     """The command that repeats the run to the bit."""
+    cut_short: bool = False
+    """Whether it broke off before its end, as by Ctrl-C or because the physics became unstable."""
+
+    @property
+    def failure(self) -> str:
+        """Why the run cannot have passed, whatever its limits say: the client failed, or it was cut short."""
+        return self.ending if self.cut_short or self.status is ExitStatus.CLIENT_FAILED else ""
 
     @property
     def robot_seconds(self) -> float:

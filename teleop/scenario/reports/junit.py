@@ -10,7 +10,7 @@ from collections.abc import Sequence
 from xml.etree import ElementTree as Xml
 
 from localization.report.plain_text import plain_text
-from teleop.scenario.referee.outcome import ExitStatus, LimitCheck, Outcome
+from teleop.scenario.referee.outcome import LimitCheck, Outcome
 from teleop.scenario.reports.limit_text import figure_text, limit_sentence
 
 
@@ -36,15 +36,15 @@ def junit(outcomes: Sequence[Outcome], failures: Sequence[tuple[str, str]] = ())
 def _suite(outcome: Outcome) -> Xml.Element:
     name = outcome.scenario.name
     seconds = f"{outcome.robot_seconds:.3f}"
-    failed = outcome.status is ExitStatus.CLIENT_FAILED
-    suite = _new_suite(name, len(outcome.checks) + 1, errors=int(failed), time=seconds)
+    errors = int(bool(outcome.failure))
+    suite = _new_suite(name, len(outcome.checks) + 1, errors=errors, time=seconds)
     suite.set("failures", str(sum(not c.met for c in outcome.checks)))
     properties = Xml.SubElement(suite, "properties")
     for key, value in _properties(outcome).items():
         Xml.SubElement(properties, "property", name=key, value=plain_text(value))
     run = _case(suite, name, "run", time=seconds)
-    if failed:
-        _problem(run, "error", outcome.ending)
+    if outcome.failure:
+        _problem(run, "error", outcome.failure)
     for check in outcome.checks:
         case = _case(suite, name, check.name)
         if not check.met:

@@ -39,8 +39,8 @@ class Verdict:
 def verdict(outcome: Outcome, folder: str = "") -> Verdict:
     """Return the line of an outcome."""
     details = tuple(limit_sentence(check) for check in outcome.checks if not check.met)
-    if outcome.status is ExitStatus.CLIENT_FAILED:
-        details = (outcome.ending, *details)
+    if outcome.failure:
+        details = (outcome.failure, *details)
     return Verdict(
         outcome.scenario.name,
         outcome.status,

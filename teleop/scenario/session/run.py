@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import asyncio
+import shlex
 from collections.abc import Sequence
 from contextlib import nullcontext
 from dataclasses import replace
 from pathlib import Path
-from typing import Literal
+from typing import Final, Literal
 
 from localization.types import SECOND
 from teleop.clock import wall_seconds
@@ -44,8 +45,19 @@ from teleop.scenario.session.run_folder import CLIENT_LOG, RunFolder
 from teleop.scenario.session.scene import Scene, checked_scene_of, scene_of
 from teleop.scenario.session.session import Session
 
+_REPLAY: Final = ("farsteer", "scenario", "replay")
+
 Pace = Literal["lockstep", "real"]
 """Whether robot time goes as fast as it can, or as the client steps it; or as the clock goes."""
+
+
+class RunInterrupted(KeyboardInterrupt):
+    """Ctrl-C ended a run; what was recorded is kept, and was judged."""
+
+    def __init__(self, outcome: Outcome) -> None:
+        super().__init__("interrupted")
+        self.outcome = outcome
+        """What came of it; it cannot have passed."""
 
 
 def run_scenario(
@@ -87,6 +99,7 @@ def run_scenario(
         ScenarioError: If the scenario cannot be run in its world; the error names the field.
         SettingError: If the settings contradict each other.
         ServerError: If the port or the file of tokens cannot be used.
+        RunInterrupted: Upon Ctrl-C.
     """
     foreign = client is not None or (operator is None and isinstance(scenario.operator, OUTSIDE))
     if client is not None and not isinstance(scenario.operator, Client):
@@ -129,7 +142,7 @@ def run_scenario(
         # Nothing that is refused leaves a folder.
         session.folder = kept = None if folder is None else RunFolder(folder, scenario, scene)
     begun = wall_seconds()
-    failure = ""
+    failure, is_interrupted = "", False
     try:
         if foreign:
             assert folder is not None
@@ -144,6 +157,7 @@ def run_scenario(
         if kept is not None:
             kept.end(ending_of(session, failure))
     except KeyboardInterrupt:
+        is_interrupted = True
         session.end("interrupted", cut_short=True)
         if kept is not None:
             kept.end(ending_of(session))
@@ -153,7 +167,10 @@ def run_scenario(
             session.camera.close()
         if kept is not None:
             kept.close()
-    return outcome_of(session, pace, factor, failure)
+    outcome = outcome_of(session, pace, factor, failure)
+    if is_interrupted:
+        raise RunInterrupted(outcome)
+    return outcome
 
 
 def _check_station(pace: Pace | None, tokens: Path | None) -> None:
@@ -314,5 +331,6 @@ def outcome_of(session: Session, pace: str, factor: float, failure: str) -> Outc
         sha256=session.referee.log.sha256,
         pace=pace,
         factor=factor,
-        replay="" if folder is None else f"farsteer scenario replay {folder}",
+        replay="" if folder is None else shlex.join([*_REPLAY, str(folder)]),
+        cut_short=session.cut_short,
     )

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import shutil
 from dataclasses import replace
 from pathlib import Path
 from typing import Final
@@ -21,7 +20,11 @@ def write_failed(rows: Rows, folder: Path) -> int:
 
     A scenario with files of its own beside it is not written, for it would not find them there.
     """
-    shutil.rmtree(folder / FOLDER, ignore_errors=True)
+    failed = folder / FOLDER
+    for file in failed.glob(
+        "*-cell-*.toml"
+    ):  # of an earlier call, and nothing else that lies there
+        file.unlink()
     first: dict[int, tuple[str, str]] = {}
     for run, result in sorted(rows, key=lambda row: (row[0].cell.number, row[0].number)):
         number = run.cell.number
@@ -36,7 +39,7 @@ def write_failed(rows: Rows, folder: Path) -> int:
         text = f"{scenario.description} With {values}: {why}.".strip()[:2000]
         first[number] = name, scenario_text(replace(scenario, name=name, description=text))
     if first:
-        (folder / FOLDER).mkdir()
+        failed.mkdir(exist_ok=True)
     for name, text in first.values():
-        (folder / FOLDER / f"{name}.toml").write_text(text, encoding="utf-8")
+        (failed / f"{name}.toml").write_text(text, encoding="utf-8")
     return len(first)

@@ -14,7 +14,7 @@ from teleop.scenario.referee.outcome import ExitStatus, Outcome
 from teleop.scenario.reports.run_reports import write_reports
 from teleop.scenario.run_files import RUN_FILES
 from teleop.scenario.session.in_memory import Progress
-from teleop.scenario.session.run import run_scenario
+from teleop.scenario.session.run import RunInterrupted, run_scenario
 from teleop.scenario.session.scene import Scene, scene_of
 from teleop.scenario.tour.measures import Meter, TickMeasures, stage_times, verdict_line
 from teleop.scenario.tour.summary import SUMMARY, ReportError, RunSummary, TourFacts, summarise
@@ -63,12 +63,14 @@ def drive_tour(
             stage=watch.stage,
             progress=progress,
         )
+    except RunInterrupted as interruption:
+        if not measures.begun:
+            raise
+        outcome = interruption.outcome
     finally:
         if not measures.begun:
             _discard(folder)
     if not measures.begun:
-        if outcome.ending == "interrupted":
-            raise KeyboardInterrupt
         raise ReportError(f"the run ended before it began: {outcome.ending}")
     scene = scene_of(scenario)
     facts = TourFacts(

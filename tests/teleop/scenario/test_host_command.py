@@ -41,11 +41,7 @@ def test_token_that_is_printed_steps_the_world_and_other_clients_do_not() -> Non
     ) as host:
         assert host.stdout is not None
         try:
-            lines = ""
-            while not lines.endswith("}\n"):
-                lines += (line := host.stdout.readline())
-                assert line
-            robot = json.loads(lines)
+            robot = json.loads(host.stdout.readline())
             by_referee, by_client = answer(robot["url"], robot["token"]), answer(robot["url"])
         finally:
             host.send_signal(signal.SIGTERM)

@@ -220,3 +220,31 @@ def test_scenarios_pass_or_fail_their_test_with_the_table(
         ]
     )
     result.stdout.no_fnmatch_line("*During handling*")
+
+
+@pytest.mark.slow
+@pytest.mark.process
+def test_ctrl_c_during_a_scenario_ends_the_tests(
+    run_tests: RunTests, pytester: pytest.Pytester
+) -> None:
+    (pytester.path / "short.toml").write_text('format = 1\nname = "a"\nmission.time_limit = 1.0\n')
+    result = run_tests(
+        """
+        from teleop.scenario.operators.operator import Operator
+
+        class Impatient(Operator):
+            def begin(self, wire, briefing):
+                pass
+
+            def act(self, wire, now):
+                raise KeyboardInterrupt
+
+        def test_interrupted(farsteer_scenario):
+            farsteer_scenario("short.toml", operator=Impatient(), check=False)
+
+        def test_next():
+            pass
+        """
+    )
+    assert result.ret is pytest.ExitCode.INTERRUPTED
+    result.assert_outcomes()

@@ -149,7 +149,8 @@ def test_words_name_files_folders_and_scenarios_of_the_project(tmp_path: Path) -
     a, b = scenario_file(tmp_path, "a"), scenario_file(tmp_path, "b")
     shipped = shipped_files()["office-visit"]
     assert scenario_files([str(tmp_path), str(a), "office-visit"]) == [a, b, a, shipped]
-    (tmp_path / "hall.toml").write_text("bounds = [0, 0, 5, 5]\n")  # a floor plan beside them
+    # A floor plan beside them, as an editor on Windows writes it.
+    (tmp_path / "hall.toml").write_bytes(b"\xef\xbb\xbfbounds = [0, 0, 5, 5]\r\n")
     (tmp_path / "z.toml").write_text("bounds = [0")
     assert scenario_files([str(tmp_path)]) == [a, b, tmp_path / "z.toml"]
     (tmp_path / "empty").mkdir()
@@ -157,11 +158,55 @@ def test_words_name_files_folders_and_scenarios_of_the_project(tmp_path: Path) -
         scenario_files([str(tmp_path / "empty")])
 
 
-def test_two_scenarios_of_one_name_have_folders_of_their_own(tmp_path: Path) -> None:
-    file = scenario_file(tmp_path, "a")
-    request = RunRequest(file, read_scenario(file), Path())
-    folders = [r.folder for r in with_folders([request, request], tmp_path)]
-    assert folders == [tmp_path / "a", tmp_path / "a-2"]
+def test_each_of_many_scenarios_has_a_name_and_a_folder_of_its_own(tmp_path: Path) -> None:
+    long = "b" * 80
+    names = ("a", "a", "a-2", "junit.xml", long, long)
+    read = [read_scenario(scenario_file(tmp_path, name)) for name in names]
+    requests = with_folders([RunRequest(tmp_path, each, Path()) for each in read], tmp_path)
+    found = [request.folder.name for request in requests]
+    assert found == ["a", "a-2", "a-2-2", "junit.xml-2", long, f"{long[:70]}-2"]
+    assert [request.scenario.name for request in requests] == found
+
+
+IMPATIENT = """\
+import multiprocessing, os, signal
+from teleop.scenario.operators.operator import Operator
+
+class Impatient(Operator):
+    def begin(self, wire, briefing):
+        self.is_waiting = True
+
+    def act(self, wire, now):
+        if self.is_waiting and now >= 400_000_000:
+            self.is_waiting = False
+            is_command = multiprocessing.parent_process() is None
+            os.kill(os.getpid() if is_command else os.getppid(), signal.SIGINT)
+"""
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("jobs", ["1", pytest.param("2", marks=pytest.mark.process)])
+def test_ctrl_c_ends_all_scenarios_and_what_had_begun_is_reported(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], jobs: str
+) -> None:
+    (tmp_path / "impatient.py").write_text(IMPATIENT)
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(sys, "path", [*sys.path])
+    for name in ("a", "b", "c", "d", "e"):
+        file = scenario_file(tmp_path, name)
+        file.write_text(file.read_text().replace("1.5", "1000"))
+    words = ["run", ".", "--jobs", jobs, "--operator", "impatient:Impatient", "--out", "out"]
+    assert main(["scenario", *words]) == 130
+    said = capsys.readouterr()
+    assert "MISSED" in said.out
+    assert "    interrupted" in said.out
+    assert "interrupted: not all scenarios were run to their ends" in said.err
+    root = Xml.parse(tmp_path / "out/junit.xml").getroot()
+    begun = [str(suite.get("name")) for suite in root]
+    assert "a" in begun
+    assert len(begun) <= int(jobs)
+    assert root.get("errors") == str(len(begun))
+    assert all((tmp_path / "out" / name / "report.html").is_file() for name in begun)
 
 
 OPERATORS = """\

@@ -170,9 +170,12 @@ def test_an_empty_command_is_refused(tmp_path: Path) -> None:
 RUN = """
     import sys
     from pathlib import Path
+    from teleop.scenario.session.run import RunInterrupted
     from tests.teleop.scenario.clients.support import run, scenario
-    outcome = run(Path(sys.argv[1]), sys.argv[2], scenario(patience=600.0))
-    print(outcome.ending)
+    try:
+        run(Path(sys.argv[1]), sys.argv[2], scenario(patience=600.0))
+    except RunInterrupted as interruption:
+        print(interruption.outcome.ending)
 """
 
 

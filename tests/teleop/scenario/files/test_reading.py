@@ -110,6 +110,13 @@ def test_what_is_missing_is_said_of_an_empty_file(tmp_path: Path) -> None:
     assert [e.split(": is missing")[0] for e in errors_of("", tmp_path)] == ["1: format", "1: name"]
 
 
+def test_a_file_of_an_editor_on_windows_is_read(tmp_path: Path) -> None:
+    file = tmp_path / "a.toml"
+    file.write_bytes(b"\xef\xbb\xbf" + HEAD.replace("\n", "\r\n").encode())
+    assert read_scenario(file).name == "a"
+    assert str(located(ScenarioError(("name",), "is odd"), file)) == f"{file}:2: name: is odd"
+
+
 def test_a_file_that_is_not_utf_8_is_refused_with_its_line(tmp_path: Path) -> None:
     file = tmp_path / "a.toml"
     file.write_bytes(b"format = 1\nname = '\xff'\n")

@@ -62,6 +62,15 @@ def test_a_client_that_failed_is_an_error_of_the_run() -> None:
     assert (root.get("failures"), root.get("errors")) == ("0", "1")
 
 
+def test_a_run_that_broke_off_is_an_error_though_all_limits_hold() -> None:
+    broken = replace(passed(), status=ExitStatus.MISSED, ending="interrupted", cut_short=True)
+    root = Xml.fromstring(junit([broken]))
+    assert [e.get("message") for e in root.iterfind(".//testcase[@name='run']/error")] == [
+        "interrupted"
+    ]
+    assert (root.get("failures"), root.get("errors")) == ("0", "1")
+
+
 def test_a_file_that_could_not_be_run_is_an_error() -> None:
     root = Xml.fromstring(junit([], [("a.toml", "a.toml:3: no TOML")]))
     (suite,) = root

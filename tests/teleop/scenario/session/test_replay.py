@@ -17,7 +17,7 @@ from teleop.scenario.operators.operator import Operator
 from teleop.scenario.referee.outcome import Event, EventKind, ExitStatus, Outcome
 from teleop.scenario.session.inbox_file import InboxFileError
 from teleop.scenario.session.referee_notes import KINDS, Ending, NotesFileError, NotesWriter
-from teleop.scenario.session.run import replay_run, run_scenario
+from teleop.scenario.session.run import RunInterrupted, replay_run, run_scenario
 from tests.teleop.scenario.session.support import Forward, scenario
 
 GOALS = [{"at": [3.2, 4.0], "within": 0.4}, {"at": [4.2, 4.0], "within": 0.2}]
@@ -119,8 +119,8 @@ def test_repeated_run_can_be_repeated(recorded: Path, tmp_path: Path) -> None:
 
 def test_repeated_run_says_where_it_is_kept(recorded: Path, tmp_path: Path) -> None:
     assert replay_run(recorded).replay == ""
-    again = tmp_path / "again"
-    assert replay_run(recorded, again).replay == f"farsteer scenario replay {again}"
+    again = tmp_path / "once again"
+    assert replay_run(recorded, again).replay == f"farsteer scenario replay '{again}'"
 
 
 @pytest.mark.slow
@@ -147,10 +147,12 @@ class Impatient(Forward):
 
 
 def test_interrupted_run_has_not_passed_and_repeats_as_far_as_it_went(tmp_path: Path) -> None:
-    first = run_scenario(scenario(), tmp_path / "run", operator=Impatient())
-    assert (first.status, first.ending) == (ExitStatus.MISSED, "interrupted")
+    with pytest.raises(RunInterrupted) as interruption:
+        run_scenario(scenario(), tmp_path / "run", operator=Impatient())
+    first = interruption.value.outcome
+    assert (first.status, first.failure) == (ExitStatus.MISSED, "interrupted")
     second = replay_run(tmp_path / "run")
-    assert (second.status, second.ending) == (first.status, first.ending)
+    assert (second.status, second.failure) == (first.status, first.failure)
     assert second.sha256 == first.sha256
 
 

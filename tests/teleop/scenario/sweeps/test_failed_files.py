@@ -22,8 +22,10 @@ def test_the_first_failure_of_each_cell_becomes_a_file_of_the_same_run(tmp_path:
         assert read.seed == run.scenario.seed
         assert read.fault == run.scenario.fault
         assert "stops" in read.description
+    notes = tmp_path / FOLDER / "notes.toml"
+    notes.touch()
     assert write_failed([], tmp_path) == 0
-    assert not (tmp_path / FOLDER).exists()
+    assert list((tmp_path / FOLDER).iterdir()) == [notes]
 
 
 def test_a_scene_beside_the_file_is_not_promised_to_be_found_elsewhere(tmp_path: Path) -> None:
