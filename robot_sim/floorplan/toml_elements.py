@@ -10,8 +10,17 @@ from robot_sim.floorplan import toml_table as toml
 from robot_sim.floorplan.actors_in_plan import PathPoint
 from robot_sim.scene_objects.floor_surfaces import Patch, surface_named
 from robot_sim.scene_objects.glazing import Glazing
+from robot_sim.scene_objects.materials import MATERIALS
 from robot_sim.scene_objects.plan_elements import Bounds, Wall, Waypoint
 from robot_sim.scene_objects.ramps_and_steps import Slab
+
+
+def _material(value: Any) -> str:
+    name = toml.text(value)
+    if name not in MATERIALS:
+        raise ValueError(f"must be one of {', '.join(MATERIALS)}, got {name!r}")
+    return name
+
 
 _Size = tuple[float, float, float]
 _READERS: Final[dict[Any, toml.Reader[Any]]] = {
@@ -34,6 +43,7 @@ _SPECIAL: Final[dict[tuple[type, str] | str, tuple[str, toml.Reader[Any]]]] = {
     "rise": ("top", toml.rise),
     "x": ("at", lambda value: toml.point(value)[0]),
     "y": ("at", lambda value: toml.point(value)[1]),
+    "material": ("material", _material),
     "yaw": ("yaw", toml.degrees),
     "closed": ("closed", toml.degrees),
     "swing": ("swing", toml.degrees),

@@ -42,7 +42,7 @@ class Table:
             return value
         try:
             return read(self._entries[key])
-        except (TypeError, ValueError) as error:
+        except (TypeError, ValueError, OverflowError) as error:
             raise WorldError(self._say(f"{key} {error}")) from None
 
     def table(self, key: str) -> Table:

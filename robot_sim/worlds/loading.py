@@ -18,14 +18,23 @@ def load_plan(scene: str) -> Plan:
     """Read the plan of a scene.
 
     Args:
-        scene: Name of a scene that comes with the project, or path of a scene's folder.
+        scene: Name of a scene that comes with the project, or path of a scene's folder or of a floor plan
+            (``.toml``).
 
     Raises:
         UnknownSceneError: no scene has this name; the message lists the available ones.
-        WorldError: the plan is invalid.
+        WorldError: the plan cannot be read or is invalid.
     """
-    folder = scene_folder(scene)
-    return plan_from_toml((folder / PLAN_FILE).read_text(encoding="utf-8"), name=folder.name)
+    path = Path(scene)
+    name = path.stem
+    if path.suffix != ".toml":
+        folder = scene_folder(scene)
+        path, name = folder / PLAN_FILE, folder.name
+    try:
+        text = path.read_text(encoding="utf-8-sig")  # editors on Windows begin it with a mark
+    except (OSError, UnicodeDecodeError) as error:
+        raise WorldError(f"cannot read the floor plan {str(path)!r}: {error}") from None
+    return plan_from_toml(text, name=name)
 
 
 def load_world(
@@ -59,12 +68,6 @@ def load_world(
                 " joints"
             )
         return load_mjcf(path, robot=robot, options=options)
-    if path.suffix == ".toml":
-        try:
-            text = path.read_text(encoding="utf-8")
-        except (OSError, UnicodeDecodeError) as error:
-            raise WorldError(f"cannot read the floor plan {name!r}: {error}") from None
-        return parse_world(text, name=path.stem, robot=robot, options=options)
     return build_world(load_plan(name), robot=robot, options=options)
 
 

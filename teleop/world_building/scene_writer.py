@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shlex
 from pathlib import Path
 
 from localization.maps.cloud import Cloud
@@ -62,11 +63,12 @@ def write_scene(
 
 def _page(folder: Path, world: World, cloud: Cloud | None, origin: str, command: str) -> str:
     x0, y0, x1, y1 = world.bounds
+    quoted = shlex.quote(str(folder))
     about = (
         f"`cloud.ply` is its map: {len(cloud.points)} points with normals, scanned from stops along"
-        f" the survey route; `farsteer map {folder}` drives that route instead."
+        f" the survey route; `farsteer map {quoted}` drives that route instead."
         if cloud is not None
-        else f"It has no cloud yet: `farsteer map {folder} --quick` makes one."
+        else f"It has no cloud yet: `farsteer map {quoted} --quick` makes one."
     )
     return f"""\
 # {world.name}
@@ -78,6 +80,6 @@ of {length(world.tour):.0f} m and a survey route of {length(world.survey):.0f} m
 
 {about}
 
-    farsteer serve --scene {folder}
-    farsteer sim --scene {folder}
+    farsteer serve --scene {quoted}
+    farsteer sim --scene {quoted}
 """

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import shlex
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -50,7 +51,7 @@ class Generate:
         from robot_sim.floorplan.toml_writer import plan_to_toml
 
         building = generate(self.seed, self.area, name=folder.resolve().name)
-        command = f"farsteer world generate --seed {self.seed} --area {self.area:g}"
+        command = f"farsteer world generate --seed {self.seed} --area {self.area:.12g}"
         notes = {
             room.pieces[0]: f"{room.name.replace('_', ' ')}, {room.rectangle.area:.0f} m^2"
             for room in building.rooms
@@ -108,7 +109,10 @@ class FromMap:
             spawn = Placement(x, y, math.radians(yaw))
         imported = plan_from_map(grid, height=self.height, spawn=spawn)
         plan = imported.plan
-        command = f"farsteer world from-map {self.map}"
+        words = ["farsteer", "world", "from-map", str(self.map), "--height", f"{self.height:.12g}"]
+        if self.spawn is not None:
+            words += ["--spawn", *(f"{value:.12g}" for value in self.spawn)]
+        command = shlex.join(words)
         heading = [
             f"The occupancy map {self.map}, extruded: a line for each wall.",
             "Metres; yaw in degrees. A wall runs from -> to along its middle.",
@@ -134,15 +138,22 @@ class List:
 
     def __call__(self) -> int:
         """Run the command."""
+        from robot_sim.errors import WorldError
         from robot_sim.floorplan.scene_folders import PLAN_FILE, scene_names
         from robot_sim.layout.route_planning import length
         from robot_sim.worlds.loading import load_plan
         from teleop.scene_clouds import scene_cloud_path
 
         ours = sorted(p.parent for p in Path("worlds").glob(f"*/{PLAN_FILE}"))
-        rows = []
+        rows = list[dict[str, object]]()
         for scene in (*scene_names(), *map(str, ours)):
-            plan = load_plan(scene)
+            try:
+                plan = load_plan(scene)
+            except WorldError as error:  # of one, which hides none of the others
+                rows.append({"scene": scene, "error": str(error)})
+                if not self.json:
+                    say(*fitted(f"{scene:<24}{error}"))
+                continue
             x0, y0, x1, y1 = plan.bounds
             cloud = scene_cloud_path(scene).is_file()
             area, tour = (x1 - x0) * (y1 - y0), length(plan.tour)
@@ -229,14 +240,15 @@ def _write(
         say_json({**_facts(world, str(folder)), "folder": folder, "remarks": lines})
         return
     say(*_described(world, str(folder)), *fitted(*lines))
+    quoted = shlex.quote(str(folder))
     if mapped is None:
-        say("", f"it has no cloud yet: farsteer map {folder} --quick")
+        say("", f"it has no cloud yet: farsteer map {quoted} --quick")
     say(
         "",
         f"files in {folder}/",
-        f"  farsteer serve --scene {folder}",
-        f"  farsteer operate --map {folder / 'cloud.ply'}",
-        f"  farsteer sim --scene {folder}",
+        f"  farsteer serve --scene {quoted}",
+        f"  farsteer operate --map {shlex.quote(str(folder / 'cloud.ply'))}",
+        f"  farsteer sim --scene {quoted}",
     )
 
 
@@ -257,7 +269,8 @@ def _described(world: World, scene: str) -> list[str]:
         f"spawns    {_poses(world.spawns)}",
         f"places    {_poses(world.places)}",
     ]
-    return fitted(*lines, *(f"note      {note}" for note in world.notes))
+    lines += [f"note      {note}" for note in world.notes]
+    return fitted(*"\n".join(lines).split("\n"))
 
 
 def _facts(world: World, scene: str) -> dict[str, object]:

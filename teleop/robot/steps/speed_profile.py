@@ -15,6 +15,12 @@ OWN_SPEED: Final = 0.3
 OWN_TURN: Final = 0.5
 """Turn rate of a step that names none [rad/s]: chosen, as a point 0.6 m from the centre moves at that pace."""
 
+_TIGHT: Final = 0.2
+"""Radius below which an arc is driven until its angle, as a turn is [m]: chosen, half a robot's width.
+
+There the millimetre that a distance may lack would be degrees.
+"""
+
 _LAG: Final = 0.03
 """Time by which the wheels follow the commands [s]: a tick of 20 ms and the lag of the servos."""
 
@@ -23,6 +29,11 @@ _APPROACH: Final = 0.2
 
 _BRAKING_SHARE: Final = 0.5
 """Share of the drive's braking that a step counts on, so that it can always keep to the profile."""
+
+
+def turns(goal: StepGoal) -> bool:
+    """Return whether a step is driven until its angle: a turn on the spot, or an arc that is nearly one."""
+    return abs(goal.distance) < _TIGHT * abs(goal.angle)
 
 
 @dataclass(frozen=True, slots=True)
@@ -41,12 +52,13 @@ class SpeedProfile:
     @classmethod
     def of(cls, goal: StepGoal, drive: DriveConfig) -> SpeedProfile:
         """Return the profile of a step, within the limits of the drive."""
-        if goal.distance:
+        if not turns(goal):
             bend = abs(goal.angle / goal.distance)
             own = min(OWN_SPEED, drive.max_speed, OWN_TURN / bend if bend else math.inf)
             speed = min(goal.speed or own, drive.max_turn / bend if bend else math.inf)
             return cls(speed, drive.acceleration, _BRAKING_SHARE * drive.braking, 0.001)
-        speed = goal.speed or min(OWN_TURN, drive.max_turn)
+        asked = goal.speed * abs(goal.angle / goal.distance) if goal.distance else goal.speed
+        speed = min(asked or OWN_TURN, drive.max_turn)
         braking = _BRAKING_SHARE * drive.turn_braking
         return cls(speed, drive.turn_acceleration, braking, math.radians(0.1))
 

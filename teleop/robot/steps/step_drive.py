@@ -9,7 +9,7 @@ from robot_sim import TICK_NS, Condition, DriveConfig
 from teleop.robot.inbox import StepGoal
 from teleop.robot.step_results import StepOutcome, StepProgress, StepResult
 from teleop.robot.steps.measures import Measure
-from teleop.robot.steps.speed_profile import SpeedProfile
+from teleop.robot.steps.speed_profile import SpeedProfile, turns
 from teleop.robot.steps.wheel_odometry import WheelOdometry
 
 _TICK: Final = TICK_NS / SECOND
@@ -24,7 +24,7 @@ _LONGEST_REST: Final = 2 * SECOND
 """Time after which the result is given whatever the wheels do [ns]: somebody pushes the robot."""
 
 _STEER: Final = 2.0
-"""Turn rate by which an arc is kept, for each radian that it is off [1/s]: chosen, a correction takes half a second."""
+"""Speed by which an arc is kept, for each radian or metre that it is off [1/s]: chosen, a correction takes half a second."""
 
 STANDSTILL: Final = Twist.planar(0.0, 0.0)
 
@@ -54,7 +54,11 @@ class StepDrive:
         self.goal, self.measure = goal, measure
         self._wheels, self._wheels_begin = wheels, wheels.way
         self._profile = SpeedProfile.of(goal, drive)
-        self._length = goal.distance or goal.angle
+        self._turns = turns(goal)
+        self._length, other = (
+            (goal.angle, goal.distance) if self._turns else (goal.distance, goal.angle)
+        )
+        self._share = other / self._length
         self._pressed = (condition.bumpers.front, condition.bumpers.rear)
         self._begin = now
         self._speed = 0.0
@@ -102,17 +106,15 @@ class StepDrive:
         if self._ending is not None or not self.measure.ready:
             return STANDSTILL
         way = self.measure.way()
+        gone, beside = (way.angle, way.distance) if self._turns else (way.distance, way.angle)
         # A controller reports ten times a second at most: what came since is what was commanded.
         since = self._speed * (stamp - self._wheels.stamp) / SECOND
-        gone = (way.distance if self.goal.distance else way.angle) + since
-        self._speed = self._profile.next_speed(self._speed, self._length - gone, _TICK)
+        self._speed = self._profile.next_speed(self._speed, self._length - (gone + since), _TICK)
         if self._speed == 0.0:
             self.stop(StepOutcome.DONE, "", now)
-        if not self.goal.distance:
-            return Twist.planar(0.0, self._speed)
-        bend = self.goal.angle / self.goal.distance
-        off = bend * way.distance - way.angle if bend and self._speed else 0.0
-        return Twist.planar(self._speed, bend * self._speed + _STEER * off)
+        off = self._share * gone - beside if self._share and self._speed else 0.0
+        other = self._share * self._speed + _STEER * off
+        return Twist.planar(*((other, self._speed) if self._turns else (self._speed, other)))
 
     def ended(self, now: int) -> StepResult | None:
         """Return the result once the robot is at rest; called once a tick."""

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 
 from robot_sim.errors import UnknownSceneError, WorldError
 from robot_sim.simulation import Simulation
-from robot_sim.worlds.loading import load_world, parse_world
+from robot_sim.worlds.loading import load_plan, load_world, parse_world
 from robot_sim.worlds.world import World
 from tests.robot_sim.driving import BLIND, run
 
@@ -52,6 +54,12 @@ def test_unknown_scene_lists_the_available_ones() -> None:
             "a_body",
         ),
         (
+            'bounds = [0, 0, 4, 4]\nspawn = [2, 2, 0]\n[[wall]]\nname = "w"\nfrom = [0, 0]\nto = [4, 0]\n'
+            'material = "glas"',
+            "wall 'w': material must be one of wall, wood, metal, ",
+        ),
+        (f"bounds = [0, 0, 4, 1{'0' * 400}]", "bounds int too large to convert to float"),
+        (
             "bounds = [0, 0, 4, 4]\nspawn = [5, 2, 0]",
             "spawn 'spawn' at x 5.00, y 2.00 is off the floor",
         ),
@@ -71,3 +79,17 @@ def test_invalid_plan_is_rejected_in_one_line(text: str, message: str) -> None:
         parse_world(text, name="bad")
     assert message in str(caught.value)
     assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize("file", ["world.toml", "plan.toml"])
+def test_plan_may_begin_with_a_mark_and_one_that_is_not_utf_8_is_refused_by_name(
+    tmp_path: Path, file: str
+) -> None:
+    """As a scene's folder and as a file: editors on Windows write the mark, older ones Latin-1."""
+    path = tmp_path / file
+    scene = tmp_path if file == "world.toml" else path
+    path.write_text("bounds = [0, 0, 4, 4]\nspawn = [2, 2, 0]\n", encoding="utf-8-sig")
+    assert load_plan(str(scene)).bounds == (0.0, 0.0, 4.0, 4.0)
+    path.write_bytes(b"# caf\xe9\n")
+    with pytest.raises(WorldError, match=f"cannot read the floor plan '.*{file}': 'utf-8'"):
+        load_world(str(scene))

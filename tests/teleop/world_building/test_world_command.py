@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from pathlib import Path
 
 import pytest
@@ -87,6 +88,52 @@ def test_summary_says_what_the_survey_misses_and_which_cells_are_near_a_threshol
     assert "reach     the survey comes near 51 % of the free floor, 12 m2" in said
     assert "not near 6 m2 round (3.1, 1.0): there is no opening" in said
     assert "480 free cells are within 0.06 of free_thresh, most of them grey 211" in said
+
+
+def test_page_of_an_extruded_map_has_the_command_that_makes_it_again(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """With its height and its spawn; a folder with a blank is quoted where the shell would split it."""
+    monkeypatch.chdir(tmp_path)
+    words = ["world", "from-map", write_map(tmp_path).name, "--height", "3.1", "--no-cloud"]
+    words += ["--spawn", "1.5", "1.0", "-90"]
+    assert main([*words, "--out", "my room"]) == 0
+    assert "farsteer serve --scene 'my room'" in capsys.readouterr().out
+    page = Path("my room/README.md").read_text(encoding="utf-8")
+    assert "`farsteer world from-map room.yaml --height 3.1 --spawn 1.5 1 -90`" in page
+    assert "`farsteer map 'my room' --quick`" in page
+    assert "farsteer sim --scene 'my room'\n" in page
+
+
+def test_list_says_which_worlds_cannot_be_read_and_has_the_others(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    good = "bounds = [0, 0, 10, 8]\nspawn = [2, 2, 0]\n"
+    for name, text in (("a", b"bounds = ["), ("b", b"# caf\xe9\n"), ("c", good.encode())):
+        (tmp_path / "worlds" / name).mkdir(parents=True)
+        (tmp_path / "worlds" / name / "world.toml").write_bytes(text)
+    assert main(["world", "list"]) == 0
+    listed = capsys.readouterr().out
+    assert "worlds/a                world 'a' is not valid TOML" in listed
+    assert "worlds/b                cannot read the floor plan" in listed
+    assert "worlds/c                    80 m2" in listed
+    assert main(["world", "list", "--json"]) == 0
+    rows = {row["scene"]: row for row in json.loads(capsys.readouterr().out)}
+    assert "not valid TOML" in rows["worlds/a"]["error"]
+    assert rows["worlds/c"]["area"] == 80.0
+
+
+def test_each_place_of_a_world_has_a_line(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    places = "".join(f"office_{i} = [{i}, 2, 0]\n" for i in range(1, 9))
+    plan = tmp_path / "plan.toml"
+    plan.write_text(f"bounds = [0, 0, 10, 8]\nspawn = [2, 2, 0]\n[places]\n{places}")
+    assert main(["world", "show", str(plan)]) == 0
+    shown = capsys.readouterr().out.splitlines()
+    assert "places    office_1 (1.0, 2.0, 0 deg)" in shown
+    assert "          office_8 (8.0, 2.0, 0 deg)" in shown
 
 
 def test_mistakes_in_a_map_are_refused_in_a_line(

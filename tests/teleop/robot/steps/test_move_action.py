@@ -48,6 +48,8 @@ def pose_of(rig: StepRig) -> Pose:
         {"angle": -math.pi / 2, "speed": 1.5},
         {"distance": 0.8, "angle": 0.9},
         {"distance": -0.4, "angle": 0.5, "speed": 0.6},
+        {"distance": 0.01, "angle": 2.0},  # nearly a turn on the spot: both ends must be met
+        {"distance": -0.001, "angle": -1.5, "speed": 0.001},
     ],
     ids=str,
 )
