@@ -8,8 +8,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Literal
 
-from teleop.bridges.secret_files import read_secret, trust
 from teleop.errors import SettingError
+from teleop.secret_files import read_secret, trust
 
 
 @dataclass(frozen=True, slots=True)

@@ -8,10 +8,10 @@ from contextlib import asynccontextmanager
 from pathlib import Path
 from typing import Final
 
-from teleop.bridges.secret_files import read_secret, trust
 from teleop.ros_types import registry
 from teleop.rosbridge import Client, ConnectionState
 from teleop.rosbridge.errors import ClientError
+from teleop.secret_files import read_secret, trust
 
 _SEARCH: Final = 5.0
 """Time between two attempts, besides the second that each lasts [s]."""

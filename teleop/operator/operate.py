@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import asyncio
 import os
-import ssl
 import sys
 from collections.abc import Callable
 from urllib.parse import urlsplit, urlunsplit
@@ -25,6 +24,7 @@ from teleop.operator.robot_state.link_words import plain_reason
 from teleop.ros_types import registry
 from teleop.rosbridge.client.client import Client
 from teleop.rosbridge.client.reconnecting_connection import ConnectionState
+from teleop.secret_files import read_secret, trust
 
 
 def client_for(config: OperateConfig) -> Client:
@@ -33,7 +33,12 @@ def client_for(config: OperateConfig) -> Client:
     Raises:
         SettingError: If token or certificate cannot be used.
     """
-    return Client(config.url, registry=registry(), token=_token(config), tls=_trust(config))
+    return Client(
+        config.url,
+        registry=registry(),
+        token=read_secret(config.token, "token"),
+        tls=trust(config.ca),
+    )
 
 
 def page_address(url: str) -> str:
@@ -138,26 +143,6 @@ def _display(config: OperateConfig) -> LiveThreadedDisplay | None:
 
 def _maps(config: OperateConfig) -> MapLibrary:
     """Return where the robot's map comes from."""
-    return MapLibrary(config.url, own=config.map, token=_token(config), tls=_trust(config))
-
-
-def _token(config: OperateConfig) -> str | None:
-    """Return the token to send; None if there is none."""
-    if config.token is None:
-        return None
-    token = config.token.read_text(encoding="utf-8").strip()
-    if not token.isascii() or not token.isprintable() or not token:
-        raise SettingError(f"{config.token} must hold a token, in one line of ASCII")
-    return token
-
-
-def _trust(config: OperateConfig) -> ssl.SSLContext | None:
-    """Return the certificates to trust; None for those of the system."""
-    if config.ca is None:
-        return None
-    if not config.ca.is_file():
-        raise SettingError(f"there is no certificate {config.ca}")
-    try:
-        return ssl.create_default_context(cafile=str(config.ca))
-    except ssl.SSLError:
-        raise SettingError(f"{config.ca} holds no certificate (PEM)") from None
+    return MapLibrary(
+        config.url, own=config.map, token=read_secret(config.token, "token"), tls=trust(config.ca)
+    )

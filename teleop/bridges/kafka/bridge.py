@@ -24,10 +24,10 @@ from teleop.bridges.kafka.telemetry import (
     subscribe_locations,
 )
 from teleop.bridges.kafka.topics import make_topics, partition_of
-from teleop.bridges.secret_files import read_secret, trust
 from teleop.console.lan.state_files import state_folder
 from teleop.ros_types import registry
 from teleop.rosbridge import Client
+from teleop.secret_files import read_secret, trust
 
 Say = Callable[[str], object]
 """Takes a line for the user."""

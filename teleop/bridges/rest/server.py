@@ -21,9 +21,9 @@ from teleop.bridges.rest.pages import ROUTES
 from teleop.bridges.rest.rest_config import RestConfig
 from teleop.bridges.rest.state import State
 from teleop.bridges.rest.topic_producer import TopicProducer
-from teleop.bridges.secret_files import read_secret
 from teleop.errors import SettingError
 from teleop.rosbridge import tls_context
+from teleop.secret_files import read_secret
 
 _TIMEOUT: Final = 10.0
 """Time for the body of a request [s]."""

@@ -8,8 +8,8 @@ from typing import Any
 import pytest
 
 from teleop.bridges.broker_options import BrokerOptions, is_loopback
-from teleop.bridges.secret_files import read_secret, trust
 from teleop.errors import SettingError
+from teleop.secret_files import read_secret, trust
 
 
 def test_addresses_and_login_are_passed_on(tmp_path: Path) -> None:
@@ -66,8 +66,10 @@ def test_files_of_secrets_and_certificates_are_refused_by_name(tmp_path: Path) -
     file = tmp_path / "file"
     with pytest.raises(SettingError, match=r"cannot read the token of .*file: No such file"):
         read_secret(file, "token")
-    with pytest.raises(SettingError, match=r"there is no certificate .*file"):
+    with pytest.raises(SettingError, match=r"cannot read the certificate .*file: No such file"):
         trust(file)
+    with pytest.raises(SettingError, match=r"cannot read the certificate .*: Is a directory"):
+        trust(tmp_path)
     for content in (b"", b"two\nlines\n", "ä".encode()):
         file.write_bytes(content)
         with pytest.raises(SettingError, match="file must hold a password, in one line of ASCII"):

@@ -226,7 +226,7 @@ def test_invalid_token_or_certificate_is_rejected(tmp_path: Path) -> None:
             client_for(replace(base, token=file))
     with pytest.raises(SettingError, match="holds no certificate"):
         client_for(replace(base, ca=file))
-    with pytest.raises(SettingError, match="there is no certificate"):
+    with pytest.raises(SettingError, match="cannot read the certificate"):
         client_for(replace(base, ca=tmp_path / "none"))
     with pytest.raises(SettingError, match="needs both"):
         ServeConfig(tls_cert=file)

@@ -36,7 +36,7 @@ def trust(ca: Path | None) -> ssl.SSLContext | None:
         return None
     try:
         return ssl.create_default_context(cafile=str(ca))
-    except FileNotFoundError:
-        raise SettingError(f"there is no certificate {ca}") from None
     except ssl.SSLError:
         raise SettingError(f"{ca} holds no certificate (PEM)") from None
+    except OSError as error:
+        raise SettingError(f"cannot read the certificate {ca}: {error.strerror}") from None
