@@ -17,6 +17,7 @@ import rerun.blueprint as rrb
 import rerun_bindings
 
 from localization.display.entity_paths import TIMELINE
+from localization.errors import LocalizationError
 
 APPLICATION = "farsteer"
 """Application name, under which the viewer stores its layouts."""
@@ -31,7 +32,7 @@ _PATIENCE = 4.0
 """Time within which a viewer must answer at the beginning [s]."""
 
 
-class SinkError(RuntimeError):
+class SinkError(LocalizationError):
     """A sink that cannot be opened; the message names what would work."""
 
 
@@ -71,6 +72,7 @@ class Canvas:
             blueprint: Layout of the views.
 
         Raises:
+            OSError: If the file cannot be written.
             SinkError: If the viewer does not answer.
         """
         recording = uuid4()
@@ -81,6 +83,7 @@ class Canvas:
         self._streams: list[rr.RecordingStream] = []
         if sink.file is not None:
             sink.file.parent.mkdir(parents=True, exist_ok=True)
+            sink.file.open("wb").close()  # rerun's own error is of no kind that could be told apart
             # The index at the file's end takes some 50 MB of memory an hour. A kill loses only the index:
             # `rerun rrd optimize` rebuilds it.
             self._open(recording, rr.FileSink(sink.file, write_footer=True), _FILE_TICK, blueprint)

@@ -137,3 +137,8 @@ def test_a_viewer_that_is_not_there_is_missed_at_once(cloud: Cloud, tmp_path: Pa
     with pytest.raises(SinkError, match="no viewer answers at"):
         Display(cloud, sink=Sink(viewer="rerun+http://127.0.0.1:9/proxy"))
     assert time.monotonic() - begun < 10.0
+
+
+def test_a_file_that_cannot_be_written_is_named(cloud: Cloud, tmp_path: Path) -> None:
+    with pytest.raises(IsADirectoryError, match=str(tmp_path)):
+        Display(cloud, sink=Sink(file=tmp_path))
