@@ -36,7 +36,7 @@ def open_log(path: Path | str, layout: SensorLayout | None = None) -> ReadingsLo
     if path.is_dir():
         if not (path / "metadata.yaml").is_file():
             raise LogError(
-                f"{path}: a folder without metadata.yaml is not a bag; a log in it is named by its own path"
+                f"{path}: a folder without metadata.yaml is not a bag: name the log in it"
             )
         return RosBag(path, layout)
     try:
