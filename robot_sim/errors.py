@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import difflib
 from collections.abc import Iterable
 
 
@@ -59,3 +60,10 @@ class CameraUnavailableError(SimulationError):
 
 class ArmError(SimulationError, ValueError):
     """Invalid numbers of an arm; the message names the field and the valid values."""
+
+
+def nearest(name: str, known: Iterable[str]) -> str:
+    """Return the most similar of the known names, or all of them, as the end of a sentence."""
+    names = list(known)
+    near = difflib.get_close_matches(name, names, n=3, cutoff=0.5)
+    return f"did you mean {' or '.join(near)}?" if near else f"there are: {', '.join(names)}"

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Annotated, Final, TypeAlias
+from functools import reduce
+from operator import or_
+from typing import TYPE_CHECKING, Annotated, Any, Final, TypeAlias
 
 import tyro
 
@@ -62,33 +64,12 @@ COMMANDS: Final = {
 }
 """The commands by name."""
 
-Command: TypeAlias = (
-    Annotated[Sim, tyro.conf.subcommand("sim")]
-    | Annotated[Evaluate, tyro.conf.subcommand("evaluate")]
-    | Annotated[Localize, tyro.conf.subcommand("localize")]
-    | Annotated[Calibrate, tyro.conf.subcommand("calibrate")]
-    | Annotated[Map, tyro.conf.subcommand("map")]
-    | Annotated[Surfaces, tyro.conf.subcommand("surfaces")]
-    | Annotated[Worlds, tyro.conf.subcommand("world")]
-    | Annotated[Serve, tyro.conf.subcommand("serve")]
-    | Annotated[Console, tyro.conf.subcommand("console")]
-    | Annotated[Tokens, tyro.conf.subcommand("tokens")]
-    | Annotated[Operate, tyro.conf.subcommand("operate")]
-    | Annotated[Link, tyro.conf.subcommand("link")]
-    | Annotated[KafkaBridge, tyro.conf.subcommand("kafka-bridge")]
-    | Annotated[KafkaRest, tyro.conf.subcommand("kafka-rest")]
-    | Annotated[Arm, tyro.conf.subcommand("arm")]
-    | Annotated[ServoBridge, tyro.conf.subcommand("servo-bridge")]
-    | Annotated[ServoBoardCommand, tyro.conf.subcommand("servo-board")]
-    | Annotated[MotionPlatform, tyro.conf.subcommand("motion-platform")]
-    | Annotated[MotionReceiver, tyro.conf.subcommand("motion-receiver")]
-    | Annotated[Validate, tyro.conf.subcommand("validate")]
-    | Annotated[Scenarios, tyro.conf.subcommand("scenario")]
-    | Annotated[Sweep, tyro.conf.subcommand("sweep")]
-    | Annotated[WhatIf, tyro.conf.subcommand("whatif")]
-    | Annotated[Fuzz, tyro.conf.subcommand("fuzz")]
-    | Annotated[Precision, tyro.conf.subcommand("precision")]
-)
+if TYPE_CHECKING:
+    Command: TypeAlias = Any
+else:
+    Command = reduce(
+        or_, (Annotated[kind, tyro.conf.subcommand(name)] for name, kind in COMMANDS.items())
+    )
 
 
 @dataclass(frozen=True)

@@ -5,7 +5,6 @@ Spares are bodies that are parked until a running simulation puts them somewhere
 
 from __future__ import annotations
 
-import difflib
 import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
@@ -20,7 +19,7 @@ from robot_sim.actors.actor_bodies import (
 )
 from robot_sim.actors.movers import Mover
 from robot_sim.actors.schedules import Arrival, OpenSchedule, Poses, Scheduled, Standing
-from robot_sim.errors import WorldError
+from robot_sim.errors import WorldError, nearest
 from robot_sim.floorplan.doorways import Doorway
 from robot_sim.floorplan.plan_ground import Heights, height_at
 from robot_sim.number_checks import check_finite
@@ -189,9 +188,7 @@ def door_named(name: str, doors: Mapping[str, Doorway]) -> Doorway:
         return doors[name]
     if not doors:
         raise WorldError(f"no door {name!r}: the world has no doorways that are known by name")
-    near = difflib.get_close_matches(name, doors, n=3, cutoff=0.5)
-    listed = f"did you mean {' or '.join(near)}?" if near else f"there are: {', '.join(doors)}"
-    raise WorldError(f"no door {name!r}: {listed}")
+    raise WorldError(f"no door {name!r}: {nearest(name, doors)}")
 
 
 def _box(mover: Mover, size: Size) -> MovingBody:

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import difflib
 import re
 from itertools import count
 from typing import Any, Final
 
 from localization.logs.ros_geometry import pose_from_message, pose_to_dict
 from localization.types import InvalidReadingError, Pose, Twist
+from robot_sim.errors import nearest
 from teleop.robot.topics.message_parts import header, twist_to_dict
 from teleop.robot.world_control.answers import Answer, Request, answered
 from teleop.robot.world_control.entity_filters import has_tags, matching
@@ -146,9 +146,8 @@ class EntityServices:
         entities = self._control.entities
         if name in entities:
             return name
-        near = difflib.get_close_matches(name[:80], entities, n=3, cutoff=0.5)
-        listed = f"did you mean {' or '.join(near)}?" if near else f"there are: {_listed(entities)}"
-        raise ControlError(Code.NOT_FOUND, f"no entity {name[:80]!r}; {listed}")
+        name = name[:80]
+        raise ControlError(Code.NOT_FOUND, f"no entity {name!r}; {nearest(name, entities)}")
 
     def _free_name(self, name: str, uri: str, *, renaming: bool) -> str:
         entities = self._control.entities

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import difflib
 import math
-from collections.abc import Iterable
 from typing import Final
 
 import numpy as np
@@ -12,6 +10,7 @@ import numpy as np
 from localization.geometry import FloatArray
 from localization.types import SECOND, Hint, Pose
 from robot_sim import World, WorldError
+from robot_sim.errors import nearest
 from robot_sim.standing_pose import standing_pose
 from teleop.scenario.files.scenario import Scenario, Start
 from teleop.scenario.files.schema import Place
@@ -136,13 +135,6 @@ def displaced(pose: Pose, off: float, turned: float, *, seed: int, stream: int) 
     position = pose.position + off * np.array([math.cos(bearing), math.sin(bearing), 0.0])
     turn = Pose.from_euler(np.zeros(3), yaw=side * turned)
     return Pose(position, (pose @ turn).quaternion_wxyz)
-
-
-def nearest(name: str, known: Iterable[str]) -> str:
-    """Return the most similar of the known names, or all of them, as the end of a sentence."""
-    names = list(known)
-    near = difflib.get_close_matches(name, names, n=3, cutoff=0.5)
-    return f"did you mean {' or '.join(near)}?" if near else f"there are: {', '.join(names)}"
 
 
 def _named(world: World, name: str) -> Pose:

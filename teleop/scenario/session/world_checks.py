@@ -24,7 +24,7 @@ from robot_sim import (
 )
 from robot_sim.actors.extras import check_path, door_named
 from robot_sim.arm.arm_table import load_arm
-from robot_sim.errors import ArmError
+from robot_sim.errors import ArmError, nearest
 from robot_sim.layout.footprints import Footprint
 from robot_sim.layout.path_collisions import check_ways
 from robot_sim.scene_objects.floor_surfaces import SURFACES
@@ -45,7 +45,7 @@ from teleop.scenario.files.faults import (
 from teleop.scenario.files.operator_settings import Hand, Station
 from teleop.scenario.files.scenario import NO_SCANNERS, Scenario, WorldSettings
 from teleop.scenario.files.schema import Place
-from teleop.scenario.session.places import heading_of, nearest, position_of, start_pose
+from teleop.scenario.session.places import heading_of, position_of, start_pose
 from teleop.scenario.session.world_extras import extra_of
 
 _MAX_SPEED = DriveConfig().max_speed

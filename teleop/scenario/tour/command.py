@@ -95,10 +95,8 @@ class Evaluate:
     def __call__(self) -> int:
         """Compute and print the report."""
         if not (self.run / "summary.json").is_file():
-            raise SettingError(
-                f"{self.run} is not a run of `farsteer sim`: it holds no summary.json; those of other"
-                " scenarios are judged again by `farsteer scenario replay`"
-            )
+            reason = "holds no summary.json of `farsteer sim`; others: `farsteer scenario replay`"
+            raise SettingError(f"{self.run} {reason}")
 
         from teleop.scenario.tour.report import summary_table
         from teleop.scenario.tour.summary import read_summary
