@@ -33,6 +33,11 @@ def open_log(path: Path | str, layout: SensorLayout | None = None) -> ReadingsLo
     """
     path = Path(path)
     if path.is_dir():
+        if not (path / "metadata.yaml").is_file():
+            raise LogError(
+                f"{path}: a folder without metadata.yaml is no bag: name the log in it; if a recorder was interrupted,"
+                " `ros2 bag reindex` or `mcap recover` repairs the bag"
+            )
         return RosBag(path, layout)
     try:
         with path.open("rb") as file:

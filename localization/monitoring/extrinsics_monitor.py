@@ -18,7 +18,7 @@ from localization.maps.prepared_map import PreparedMap
 from localization.motion.odometry_track import OdometryTrack
 from localization.mount_estimation.calibration_config import AXES, CalibrationConfig
 from localization.mount_estimation.calibration_sample import CalibrationSample
-from localization.mount_estimation.mount_problem import MountProblem
+from localization.mount_estimation.mount_problem import MountProblem, along_axes, faked
 from localization.mount_estimation.normal_equations import (
     SegmentBuilder,
     observable_solution,
@@ -68,6 +68,7 @@ class ExtrinsicsMonitor:
         self._newest = 0
         self._slot = 0
         self._open = self._anew()
+        self._along = np.zeros((2, len(self._names), 3))
         self._closed: deque[tuple[FloatArray, FloatArray]] = deque(maxlen=config.remembered)
         self.doubts: tuple[str, ...] = ()
         """Doubts about the mounts, one sentence each; empty while there are none."""
@@ -113,6 +114,7 @@ class ExtrinsicsMonitor:
         pair = MountProblem((before or station, station), self._world, self._mounts, _PROBLEM)
         for rows in pair.measured(1, _PROBLEM.kernels[0]):
             self._open.add(self._slot, rows)
+            self._along += along_axes(rows, len(self._names))
         if self._slot:
             self._open.add(self._slot - 1, pair.rolled(0, 1))
         self._before, self._slot = station, self._slot + 1
@@ -138,7 +140,7 @@ class ExtrinsicsMonitor:
         at = observable_solution(self._closed, prior, np.zeros(len(prior)), c.observable_share)
         covariance = robust_covariance(self._closed, prior)
         doubts = []
-        first = self._names[0]
+        first, unknown = self._names[0], faked(self._along, self._world.noise)
         yaw = np.zeros(len(prior))
         yaw[5] = 1.0
         off, size = self._doubted(yaw, at, covariance, 5)
@@ -146,6 +148,8 @@ class ExtrinsicsMonitor:
             doubts.append(_sentence(f"{first} seems", size, 5, "against the way the wheels roll"))
         for i, name in enumerate(self._names[1:], start=1):
             for axis in range(6):
+                if axis < 3 and unknown[[0, i], axis].any():
+                    continue
                 apart = np.zeros(len(prior))
                 apart[6 * i + axis], apart[axis] = 1.0, -1.0
                 off, size = self._doubted(apart, at, covariance, axis)

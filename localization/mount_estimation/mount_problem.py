@@ -13,6 +13,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from localization.geometry import FloatArray, hat, so3_exp, so3_log
+from localization.maps.map_noise import MapNoise
 from localization.maps.prepared_map import PreparedMap
 from localization.matching.registration import GRAZING, RegistrationConfig, adapted, residuals
 from localization.mount_estimation.calibration_config import CalibrationConfig
@@ -25,6 +26,32 @@ from localization.mount_estimation.normal_equations import (
     robust_covariance,
 )
 from localization.types import BoolArray, Mounts, Pose
+
+
+def along_axes(rows: Rows, scanners: int) -> FloatArray:
+    """Return what measurements say of the places of scanners along x, y and z, and across these (2, S, 3)."""
+    square = np.square(rows.shared[:, :-2].reshape(-1, scanners, 6)[:, :, :3])
+    # 1 for the scanner that measured, 0 for the others.
+    whole = square.sum(axis=2, keepdims=True)
+    information: FloatArray = np.einsum(
+        "m,kmij->kij", rows.weight, np.stack([square, whole - square])
+    )
+    return information
+
+
+def faked(information: FloatArray, noise: MapNoise) -> BoolArray:
+    """Return along which axes (S, 3) noisy normals alone would say as much of the scanners' places.
+
+    So it is with the height of a level scanner among upright walls: the scattered normals of a map move it by a
+    decimetre. The rule is that of the registration (``RegistrationConfig.debias``).
+
+    Args:
+        information: the sum of ``along_axes``.
+        noise: of the map.
+    """
+    config, (along, across) = adapted(RegistrationConfig(), noise), information
+    without: BoolArray = along <= config.debias * config.normal_noise**2 * across
+    return without
 
 
 class MountProblem:
@@ -78,23 +105,12 @@ class MountProblem:
         return covariance
 
     def faked(self) -> BoolArray:
-        """Return along which axes x, y, z (S, 3) noisy normals alone would say as much of the scanners' places.
-
-        So it is with the height of a level scanner among upright walls: the scattered normals of a map move it
-        by a decimetre. The rule is that of the registration (``RegistrationConfig.debias``).
-        """
-        noise = adapted(RegistrationConfig(), self._world.noise)
-        seen, spurious = np.zeros((2, len(self._names), 3))
+        """Return along which axes x, y, z (S, 3) noisy normals alone would say as much of the scanners' places."""
+        information = np.zeros((2, len(self._names), 3))
         for k in range(len(self._samples)):
             for rows in self.measured(k, self._config.kernels[-1]):
-                square = np.square(rows.shared[:, :-2].reshape(-1, len(self._names), 6)[:, :, :3])
-                whole = square.sum(
-                    axis=2, keepdims=True
-                )  # 1 for the scanner that measured, otherwise 0
-                seen += np.einsum("m,mij->ij", rows.weight, square)
-                spurious += np.einsum("m,mij->ij", rows.weight, whole - square)
-        faked: BoolArray = seen <= noise.debias * noise.normal_noise**2 * spurious
-        return faked
+                information += along_axes(rows, len(self._names))
+        return faked(information, self._world.noise)
 
     def _mount(self, i: int) -> Pose:
         correction = self._at[6 * i : 6 * i + 6]
