@@ -79,7 +79,7 @@ _interruption: Final = _Interruption()
 
 
 def _begin() -> None:
-    """Begin a process: the command tells it of Ctrl-C, which a terminal sends to all."""
+    """Begin a process: the command alone handles Ctrl-C, which a terminal sends to all, and passes it on."""
     # A function, for clients inherit what is ignored.
     signal.signal(signal.SIGINT, lambda *_: None)
     signal.signal(signal.SIGTERM, _interruption.handle)
