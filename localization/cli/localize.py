@@ -138,17 +138,20 @@ class Localize:
             write_health,
         )
         from localization.evaluation.tum_file import write_tum
+        from localization.logs.log_interface import LogError
 
         self._write_config(folder / "config.json", run)
         recording = (
             _open_recording(folder / "recording.rrd", run, truth) if self.recording else None
         )
-        history, bar, ended = History(), Progress(), False
+        history, bar = History(), Progress()
+        stopped: KeyboardInterrupt | LogError | None = None
         try:
             _localise(run, history, bar, recording)
-            ended = True
-        except KeyboardInterrupt:
-            self._note("interrupted: writing the estimates so far")
+        except (KeyboardInterrupt, LogError) as error:
+            stopped = error
+            why = "interrupted" if isinstance(error, KeyboardInterrupt) else "the log is damaged"
+            self._note(f"{why}: writing the estimates so far")
         finally:
             if recording is not None:
                 recording.close()
@@ -162,7 +165,9 @@ class Localize:
             _write_report(folder / "report.html", report)
         bar.end()
         self._print(report, folder)
-        if not ended:
+        if isinstance(stopped, LogError):
+            raise stopped
+        if stopped is not None:
             return 130
         return int(not len(history.trajectory()))
 
