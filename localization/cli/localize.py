@@ -6,12 +6,12 @@ import json
 import math
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Literal
+from typing import TYPE_CHECKING, Annotated
 
 import tyro
 
 from localization.cli.run_folder import check_folder, remove_earlier, run_folder, writing_to
-from localization.cli.sensor_layout import MountOptions, TopicOptions, layout_of
+from localization.cli.sensor_layout import MotionName, MountOptions, TopicOptions, layout_of
 from localization.cli.terminal import Progress, fitted, remark, say, say_json
 from localization.extras import has, missing
 
@@ -86,10 +86,7 @@ class Localize:
     """Reference trajectory (TUM) to compare the estimate with: ATE, RPE, heading, NEES."""
     inside: tuple[float, float, float] | None = None
     """A place in the open [m], for a cloud that has neither normals nor a floor."""
-    motion: (
-        Literal["wheels-and-gyro", "wheels", "gyro", "odometry", "odometry-and-gyro", "scanner"]
-        | None
-    ) = None
+    motion: MotionName | None = None
     """Source of the motion; by default the best that the log has."""
     flat: bool | None = None
     """Whether the ground is level; by default it is if all scanners are level."""
