@@ -6,12 +6,12 @@ import json
 import math
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Literal
+from typing import TYPE_CHECKING, Annotated
 
 import tyro
 
 from localization.cli.run_folder import check_folder, remove_earlier, run_folder, writing_to
-from localization.cli.sensor_layout import MountOptions, TopicOptions, layout_of
+from localization.cli.sensor_layout import MotionName, MountOptions, TopicOptions, layout_of
 from localization.cli.terminal import Progress, fitted, remark, say, say_json
 from localization.extras import has, missing
 
@@ -85,10 +85,7 @@ class Localize:
     """Reference trajectory (TUM) to compare the estimate with: ATE, RPE, heading, NEES."""
     inside: tuple[float, float, float] | None = None
     """A place in the open [m], for a cloud that has neither normals nor a floor."""
-    motion: (
-        Literal["wheels-and-gyro", "wheels", "gyro", "odometry", "odometry-and-gyro", "scanner"]
-        | None
-    ) = None
+    motion: MotionName | None = None
     """Source of the motion; by default the best that the log has."""
     flat: bool | None = None
     """Whether the ground is level; by default it is if all scanners are level."""
@@ -137,17 +134,20 @@ class Localize:
             write_health,
         )
         from localization.evaluation.tum_file import write_tum
+        from localization.logs.log_interface import LogError
 
         self._write_config(folder / "config.json", run)
         recording = (
             _open_recording(folder / "recording.rrd", run, truth) if self.recording else None
         )
-        history, bar, ended = History(), Progress(), False
+        history, bar = History(), Progress()
+        stopped: KeyboardInterrupt | LogError | None = None
         try:
             _localise(run, history, bar, recording)
-            ended = True
-        except KeyboardInterrupt:
-            self._note("interrupted: writing the estimates so far")
+        except (KeyboardInterrupt, LogError) as error:
+            stopped = error
+            why = "interrupted" if isinstance(error, KeyboardInterrupt) else "the log is damaged"
+            self._note(f"{why}: writing the estimates so far")
         finally:
             if recording is not None:
                 recording.close()
@@ -161,7 +161,9 @@ class Localize:
             _write_report(folder / "report.html", report)
         bar.end()
         self._print(report, folder)
-        if not ended:
+        if isinstance(stopped, LogError):
+            raise stopped
+        if stopped is not None:
             return 130
         return int(not len(history.trajectory()))
 

@@ -5,10 +5,10 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING
 
 from localization.cli.run_folder import check_file, check_folder, run_folder, writing_to
-from localization.cli.sensor_layout import MountOptions, TopicOptions, layout_of
+from localization.cli.sensor_layout import MotionName, MountOptions, TopicOptions, layout_of
 from localization.cli.terminal import Progress, say
 from localization.extras import require
 
@@ -21,9 +21,6 @@ if TYPE_CHECKING:
     from localization.maps.cloud import Cloud
     from localization.types import Pose
 
-Motion = Literal["wheels-and-gyro", "wheels", "gyro", "odometry", "odometry-and-gyro", "scanner"]
-"""Names of the sources of motion, as on the command line."""
-
 
 @dataclass(frozen=True)
 class LogMapping:
@@ -33,7 +30,7 @@ class LogMapping:
     """Pose at which the log begins: x, y [m], heading [degrees]; the map's origin by default."""
     uneven: bool = False
     """Follow the ground's height and slope; by default the ground is taken to be level."""
-    motion: Motion | None = None
+    motion: MotionName | None = None
     """Source of the motion in a log; by default the best that the log has."""
     mount: MountOptions = field(default_factory=dict)
     """Pose of a log's frame on base_link, where the log lacks it: NAME x y z [m] yaw

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from itertools import chain
-from typing import TYPE_CHECKING, Annotated, TypeAlias
+from typing import TYPE_CHECKING, Annotated, Literal, TypeAlias
 
 import tyro
 
@@ -13,6 +13,10 @@ if TYPE_CHECKING:
     from localization.logs.frame_tree import SensorLayout
     from localization.types import Pose
 
+MotionName: TypeAlias = Literal[
+    "wheels-and-gyro", "wheels", "gyro", "odometry", "odometry-and-gyro", "scanner"
+]
+"""Names of the sources of motion, as on the command line."""
 Mount: TypeAlias = (
     tuple[float, float, float, float, float, float] | tuple[float, float, float, float]
 )

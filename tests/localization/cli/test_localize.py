@@ -93,6 +93,26 @@ def test_reference_of_another_time_is_reported_and_skipped(
     }  # fmt: skip
 
 
+def test_estimates_before_the_damage_of_a_log_are_written(
+    folder: Path,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    monkeypatch.setattr("localization.logs.mcap_file._CHUNK_SIZE", 16 * 1024)
+    log, out = tmp_path / "drive.mcap", tmp_path / "out"
+    data = bytearray(write_log(log, Drive(HALL, START, (4.0, 0.5, 0.35)).readings()).read_bytes())
+    half = len(data) // 2
+    data[half : half + 50] = bytes(50)
+    log.write_bytes(data)
+    asked = ["localize", str(log), *words(folder, out, "--no-recording", "--no-report")[2:]]
+    assert main(asked) == 2
+    assert 50 < len(read_tum(out / "estimate.tum")) < 180
+    printed = capsys.readouterr()
+    assert "the log is damaged: writing the estimates so far" in printed.out
+    assert f"{log}: damaged" in printed.err
+
+
 def test_missing_reference_is_an_error_before_the_work(
     folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
