@@ -83,7 +83,7 @@ class Canvas:
         self._streams: list[rr.RecordingStream] = []
         if sink.file is not None:
             sink.file.parent.mkdir(parents=True, exist_ok=True)
-            sink.file.open("wb").close()  # rerun's own error is of no kind that could be told apart
+            sink.file.open("wb").close()  # rerun raises a bare RuntimeError
             # The index at the file's end takes some 50 MB of memory an hour. A kill loses only the index:
             # `rerun rrd optimize` rebuilds it.
             self._open(recording, rr.FileSink(sink.file, write_footer=True), _FILE_TICK, blueprint)

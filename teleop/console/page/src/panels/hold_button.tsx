@@ -45,7 +45,9 @@ export function HoldButton({ name, kind = "", disabled = false, begin, end, chil
       }}
       onPointerUp={release} onPointerCancel={release} onLostPointerCapture={release}
       onKeyDown={(event) => {
-        if (event.key === "Enter") {
+        if (event.ctrlKey || event.metaKey || event.altKey) {
+          release(); // macOS reports no key-up while Cmd is held
+        } else if (event.key === "Enter") {
           event.preventDefault();
           if (!event.repeat) {
             hold();

@@ -83,8 +83,8 @@ export class Runs {
   }
 
   async refresh(): Promise<void> {
-    const answer = await this.#get("/runs");
-    const runs = answer === undefined ? undefined : check(readRuns, await answer.json().catch(() => undefined));
+    const listed = await this.#get<unknown>("/runs", (answer) => answer.json());
+    const runs = listed === undefined ? undefined : check(readRuns, listed);
     if (runs?.ok === true) {
       this.#list.value = runs.value;
     } else if (runs !== undefined) {
@@ -94,8 +94,7 @@ export class Runs {
 
   /** Fetch a run; undefined if that failed, which the events say. */
   async fetch(run: RunFacts): Promise<File | undefined> {
-    const answer = await this.#get(run.url);
-    const blob = await answer?.blob().catch(() => undefined);
+    const blob = await this.#get(run.url, (answer) => answer.blob());
     return blob === undefined ? undefined : new File([blob], run.name);
   }
 
@@ -112,13 +111,14 @@ export class Runs {
     }
   }
 
-  async #get(path: string): Promise<Response | undefined> {
+  /** Return the whole of a file, read as it shall be; undefined if that failed, which the events say. */
+  async #get<T>(path: string, read: (answer: Response) => Promise<T>): Promise<T | undefined> {
     const { robot, token, fetch, events } = this.#parts;
     const headers: Record<string, string> = token() === "" ? {} : { Authorization: `Bearer ${token()}` };
     try {
       const answer = await fetch(`${robot}${path}`, { headers });
       if (answer.ok) {
-        return answer;
+        return await read(answer);
       }
       events("warning", texts.failed(`${answer.status} ${answer.statusText}`));
     } catch (error) {

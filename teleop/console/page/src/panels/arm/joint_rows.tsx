@@ -1,6 +1,7 @@
 /** The joints: where they are between their limits, what their servos bear, and two ways of moving one of them. */
 
 import { useSignal } from "@preact/signals";
+import { useRef } from "preact/hooks";
 import type { Arm } from "../../arm/arm";
 import type { ArmJoint } from "../../robot/arm";
 import { armTexts as texts } from "../../texts/arm";
@@ -54,7 +55,11 @@ function JointRow({ arm, joint, number }: RowProps) {
 /** A slider that shows where the joint is, and while it is held where it shall go. */
 function JointSlider({ arm, joint, number, angle }: RowProps & { readonly angle: number }) {
   const wanted = useSignal<number | undefined>(undefined);
+  /** Assistive technology sets a value without anything that is held, of which nothing would tell the end. */
+  const touched = useRef(false);
+  const touch = (): void => { touched.current = true; };
   const end = (): void => {
+    touched.current = false;
     wanted.value = undefined;
     arm.hold.end("slider");
   };
@@ -62,7 +67,12 @@ function JointSlider({ arm, joint, number, angle }: RowProps & { readonly angle:
     <input
       type="range" min={joint.lower} max={joint.upper} step={0.01} value={wanted.value ?? angle} aria-label={joint.turns}
       aria-valuetext={texts.angle(angle)}
+      onPointerDown={touch} onKeyDown={touch}
       onInput={({ currentTarget }) => {
+        if (!touched.current) {
+          currentTarget.value = String(angle);
+          return;
+        }
         const begins = wanted.value === undefined;
         wanted.value = Number(currentTarget.value);
         if (begins) {

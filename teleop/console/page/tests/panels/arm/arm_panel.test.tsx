@@ -66,12 +66,35 @@ it("moves a joint while a button or its slider is held, by Enter too", async () 
   if (slider === null) {
     throw new Error("no slider");
   }
-  slider.value = "1";
-  await panel.act(() => { slider.dispatchEvent(new Event("input", { bubbles: true })); bench.page.wait(200); });
+  const slide = (): Promise<void> => panel.act(() => {
+    slider.value = "1";
+    slider.dispatchEvent(new Event("input", { bubbles: true }));
+    bench.page.wait(200);
+  });
+  await slide();
+  expect(rates(), "set by assistive technology, which holds nothing").toEqual([0, 0]);
+  expect(slider.value).toBe("0");
+  await panel.act(() => { pointer(slider, "pointerdown"); });
+  await slide();
   expect(rates()).toEqual([0.5, 0]);
   await panel.act(() => { pointer(slider, "pointerup"); bench.page.wait(200); });
   expect(rates()).toEqual([0, 0]);
   expect(panel.root.querySelector("meter")?.value).toBe(0);
+});
+
+it("lets go of a joint at a key that hides the release of Enter", async () => {
+  const forward = panel.button("Move shoulder forward");
+  const down = (key: string, metaKey = false): void => {
+    forward.dispatchEvent(new KeyboardEvent("keydown", { key, metaKey, bubbles: true, cancelable: true }));
+    bench.page.wait(200);
+  };
+  down("Enter");
+  expect(bench.arm.hold.input.value).toBe("button");
+  down("Meta", true);
+  expect(bench.arm.hold.input.value).toBeUndefined();
+  down("Enter", true);
+  expect(bench.arm.hold.input.value).toBeUndefined();
+  await panel.act(() => undefined);
 });
 
 it("keeps positions and goes through them", async () => {

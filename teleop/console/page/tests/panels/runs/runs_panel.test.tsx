@@ -16,6 +16,7 @@ let asked: [string, object][];
 let said: string[];
 let answer: Answer;
 let state: (message: object) => void;
+let file: () => Response;
 let runs: Runs;
 let page: Mounted;
 
@@ -42,7 +43,7 @@ beforeEach(async () => {
       },
     },
     state: unknownState(), robot: "http://robot:9090", token: () => "", events: (_severity, words) => { said.push(words); },
-    fetch: () => Promise.resolve(new Response(JSON.stringify({ runs: stored }))),
+    fetch: (url) => Promise.resolve(url.endsWith(NAME) ? file() : new Response(JSON.stringify({ runs: stored }))),
   });
   await show(true);
   await runs.refresh();
@@ -105,4 +106,10 @@ it("names the runs that made room, and lists anew", async () => {
   await settled();
   expect(said).toEqual([`${NAME} made room for newer runs. Keep those that must stay.`]);
   expect(runs.list.value).toEqual([]);
+});
+
+it("says that a run did not arrive whole", async () => {
+  file = () => Object.assign(new Response(), { blob: () => Promise.reject(new TypeError("network error")) });
+  await press(`Look at ${NAME}`);
+  expect(said).toEqual(["The runs could not be fetched: TypeError: network error."]);
 });
