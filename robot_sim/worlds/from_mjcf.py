@@ -112,6 +112,10 @@ def load_mjcf(
         check_places(world)
     except (WorldError, ArmError) as error:
         raise WorldError(f"{path.name}: {error}") from None
+    except UnicodeDecodeError as error:  # MuJoCo reads any bytes, and cannot say such a name
+        raise WorldError(
+            f"{path.name}: the name {error.object!r} is not UTF-8: save the file as UTF-8"
+        ) from None
     return world
 
 

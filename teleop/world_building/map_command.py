@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -62,8 +62,6 @@ class Map(LogMapping):
             raise SettingError(
                 "--quick scans from stops: --effects and --without-truth need the drive"
             )
-        # A scene mapped without --out gets its own cloud replaced: that is what the command is for.
-        self.check(self.out)
         return self._map_without_truth(scene) if self.without_truth else self._map_scene(scene)
 
     def _map_scene(self, scene: str) -> int:
@@ -74,7 +72,10 @@ class Map(LogMapping):
         from teleop.world_building.station_survey import survey_from_stations
         from teleop.world_building.survey import survey
 
-        world = _with_survey(load_world(scene))
+        world, out = load_world(scene), self.out or scene_cloud_path(scene)
+        # A scene mapped without --out gets its own cloud replaced: that is what the command is for.
+        replace(self, overwrite=self.overwrite or self.out is None).check(out)
+        world = _with_survey(world)
         bar = Progress()
         warnings: list[str] = []
         if self.quick:
@@ -86,7 +87,7 @@ class Map(LogMapping):
             )
         bar.end()
         say(*warnings)
-        save_map(cloud, self.out or scene_cloud_path(scene))
+        save_map(cloud, out)
         say(*reach_lines(reach_of(world), world.robot))
         return 0
 
@@ -100,6 +101,7 @@ class Map(LogMapping):
         from teleop.world_building.survey import mapping_config
         from teleop.world_building.survey_recording import record_survey
 
+        self.check(self.out)
         world = _with_survey(load_world(scene))
         bar = Progress()
         out = map_file(self.out)

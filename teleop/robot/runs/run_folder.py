@@ -94,7 +94,7 @@ class RunFolder:
     def _stored(self) -> Iterator[_Stored]:
         for path in self.folder.glob("run-*.mcap"):
             with contextlib.suppress(FileNotFoundError):  # deleted meanwhile
-                if _NAME.fullmatch(path.name):
+                if self.find(path.name) is not None:
                     yield _Stored(path, path.stat().st_size, _mark(path).exists())
 
 

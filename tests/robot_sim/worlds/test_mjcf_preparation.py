@@ -261,6 +261,15 @@ def test_file_that_is_not_there_or_not_xml_is_named(tmp_path: Path) -> None:
             load_world(str(path), options=options)
 
 
+def test_file_in_another_encoding_is_refused_with_the_name_that_cannot_be_read(
+    tmp_path: Path,
+) -> None:
+    path = write(tmp_path, FLOOR + SPAWN + '<site name="place_café" pos="1 0 0"/>')
+    path.write_bytes(path.read_text(encoding="utf-8").encode("latin-1"))
+    with pytest.raises(WorldError, match=r"mine.xml: the name b'place_caf\\xe9' is not UTF-8"):
+        load_mjcf(path)
+
+
 def test_file_is_loaded_with_any_seed(tmp_path: Path) -> None:
     path = write(tmp_path, FLOOR + SPAWN)
     assert load_world(str(path), options=WorldOptions(timing=3)).name == "mine"

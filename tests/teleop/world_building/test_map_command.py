@@ -157,6 +157,25 @@ def test_invalid_request_is_answered_in_one_line(
     assert complaint in capsys.readouterr().err
 
 
+def test_cloud_of_a_scene_that_cannot_be_written_is_said_before_the_survey(
+    plan: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """The place of the cloud counts: a folder ``runs`` in which nothing is written need not be writable."""
+    monkeypatch.chdir(tmp_path)
+    Path("runs").touch()
+    mine = tmp_path / "mine.toml"
+    mine.write_text(plan.read_text(encoding="utf-8"), encoding="utf-8")
+    cloud = tmp_path / "mine.ply"
+    cloud.mkdir()
+    assert main(["map", str(mine), "--quick"]) == 2
+    said = capsys.readouterr().err
+    assert f"{cloud} is a folder: give a file" in said
+    assert "stop 1" not in said
+    cloud.rmdir()
+    assert main(["map", str(mine), "--quick"]) == 0
+    assert load_cloud(cloud).points.size
+
+
 def test_log_without_scans_is_rejected_in_one_line(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -135,6 +135,13 @@ def test_oldest_runs_that_nobody_keeps_make_room_and_the_present_one_stays(tmp_p
     assert RunFolder(tmp_path, 1000).room() == 700
 
 
+def test_folder_with_the_name_of_a_run_is_none(tmp_path: Path) -> None:
+    (tmp_path / "run-20261124-193000.mcap").mkdir()
+    folder = RunFolder(tmp_path, MOST_BYTES)
+    assert folder.find("run-20261124-193000.mcap") is None
+    assert folder.facts("") == []
+
+
 def test_file_that_was_cut_off_anywhere_is_listed_without_its_length(tmp_path: Path) -> None:
     for path, size in zip(_stored(tmp_path, 0, 0, 0), (0, 3, 50), strict=True):
         path.write_bytes((b"\x89MCAP0\r\n" + bytes(100))[:size])
