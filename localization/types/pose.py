@@ -21,7 +21,7 @@ from localization.geometry import (
 from localization.types.arrays import InvalidReadingError, read_only, require_finite
 
 _LEVEL = 0.9
-"""Cosine of the angle between the vertical axes of frames that are level to each other, at least."""
+"""Cosine of the angle between the vertical axes of frames that are level to each other, at least, up or down."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -99,8 +99,8 @@ class Pose:
 
     @property
     def is_level(self) -> bool:
-        """Whether its z axes are less than 26 degrees apart, as those of a horizontal scanner and its robot are."""
-        return bool(self.rotation[2, 2] > _LEVEL)
+        """Whether it is tilted by less than 26 degrees, as a horizontal scanner is on its robot, be it upside down."""
+        return bool(abs(self.rotation[2, 2]) > _LEVEL)
 
     @property
     def euler(self) -> tuple[float, float, float]:

@@ -512,7 +512,7 @@ def test_folder_of_a_recorder_that_was_killed_is_an_error_with_the_tool_that_rep
 ) -> None:
     bag = KINDS["mcap"](tmp_path / "bag", recorded(drive.readings()[:50]))
     (bag / "metadata.yaml").unlink()
-    with pytest.raises(LogError, match="`ros2 bag reindex` or `mcap recover` repairs it"):
+    with pytest.raises(LogError, match="`ros2 bag reindex` or `mcap recover` repairs"):
         open_log(bag)
 
 

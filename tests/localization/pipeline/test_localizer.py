@@ -115,6 +115,19 @@ def test_robot_waits_is_hinted_at_and_tracked_to_centimetres(
     assert set(states[placed + 25 :]) <= {Health.TRACKING, Health.DEGRADED}
 
 
+@pytest.mark.slow
+def test_scanner_that_hangs_upside_down_localises_the_robot(hall: PreparedMap, loop: Drive) -> None:
+    name = "laser_horizontal"
+    hung = {**MOUNTS, name: MOUNTS[name] @ Pose.from_euler([0.0, 0.0, 0.0], roll=np.pi)}
+    readings = [
+        dataclasses.replace(r, angles=-r.angles) if isinstance(r, Scan) and r.scanner == name else r
+        for r in loop.readings()
+    ]
+    last = list(feed(Localizer(hall, hung), hinted(readings, START)))[-1]
+    assert last.health is Health.TRACKING, last.reasons
+    assert off(last, loop.pose(last.stamp))[0] < 0.04
+
+
 def test_covariance_is_consistent_with_the_errors(loop: Drive, estimates: list[Estimate]) -> None:
     squares = []
     for e in estimates[-400::5]:
