@@ -270,7 +270,7 @@ def _described(world: World, scene: str) -> list[str]:
         f"places    {_poses(world.places)}",
     ]
     lines += [f"note      {note}" for note in world.notes]
-    return fitted(*"\n".join(lines).split("\n"))
+    return fitted(*lines)
 
 
 def _facts(world: World, scene: str) -> dict[str, object]:

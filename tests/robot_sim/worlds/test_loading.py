@@ -90,6 +90,6 @@ def test_plan_may_begin_with_a_mark_and_one_that_is_not_utf_8_is_refused_by_name
     scene = tmp_path if file == "world.toml" else path
     path.write_text("bounds = [0, 0, 4, 4]\nspawn = [2, 2, 0]\n", encoding="utf-8-sig")
     assert load_plan(str(scene)).bounds == (0.0, 0.0, 4.0, 4.0)
-    path.write_bytes(b"# caf\xe9\n")
+    path.write_bytes(b"# ol\xe9\n")
     with pytest.raises(WorldError, match=f"cannot read the floor plan '.*{file}': 'utf-8'"):
         load_world(str(scene))
