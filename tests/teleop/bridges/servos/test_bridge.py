@@ -194,7 +194,7 @@ async def test_two_bridges_do_not_share_a_board(tmp_path: Path) -> None:
 
 
 @in_a_loop
-async def test_a_port_that_is_none_is_said_so(tmp_path: Path) -> None:
+async def test_a_file_that_is_no_port_is_named(tmp_path: Path) -> None:
     (tmp_path / "board").write_text("a sketch, not a device")
     async with bridge("ws://127.0.0.1:1", tmp_path / "board") as said:
         await until(says(said, f"no board at {tmp_path / 'board'}: it is no serial port;"), said)

@@ -135,7 +135,7 @@ def test_oldest_runs_that_nobody_keeps_make_room_and_the_present_one_stays(tmp_p
     assert RunFolder(tmp_path, 1000).room() == 700
 
 
-def test_folder_with_the_name_of_a_run_is_none(tmp_path: Path) -> None:
+def test_folder_with_the_name_of_a_run_is_not_listed(tmp_path: Path) -> None:
     (tmp_path / "run-20261124-193000.mcap").mkdir()
     folder = RunFolder(tmp_path, MOST_BYTES)
     assert folder.find("run-20261124-193000.mcap") is None
