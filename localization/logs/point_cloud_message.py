@@ -116,7 +116,8 @@ def _offsets(table: np.ndarray[Any, np.dtype[np.void]], stamp: int) -> np.ndarra
         since: FloatArray = np.asarray(times * unit, dtype=np.float64)
         if np.abs(since).max(initial=0.0) >= _LONGEST:
             # Absolute times: subtract the stamp before float64 rounds them to a quarter microsecond.
-            since = np.asarray(times - stamp * (1.0 / unit), dtype=np.float64) * unit
+            since = np.asarray(times - (stamp if whole else stamp * 1e-9), dtype=np.float64)
+            since *= unit
         if np.isfinite(since).all() and np.abs(since).max(initial=0.0) < _LONGEST:
             return np.rint(since).astype(np.int64)
     return np.zeros(len(table), dtype=np.int64)
