@@ -34,7 +34,6 @@ from teleop.operator.robot_state.source_ages import STALE
 from teleop.robot.lockstep_service import LockstepService
 from teleop.robot.safety.control_state import ControlMode, SafetyConfig
 from teleop.robot.safety.stale_commands import StaleLimits
-from teleop.scenario.run_files import RUN_FILES
 from tests.warm_python import WarmPython
 
 ROOT = Path(__file__).parents[1]
@@ -301,13 +300,6 @@ def test_run_leaves_the_files_that_the_quick_start_lists(clone: Path) -> None:
     cells = [row[0] for row in rows("docs/quickstart.md", "| file |")]
     listed = {name for cell in cells for name in re.findall(r"`(.+?)`", cell)}
     assert listed == {path.name for path in (clone / "runs/first").iterdir()}
-
-
-def test_scenarios_leave_the_files_that_their_page_lists() -> None:
-    cells = [row[0] for row in rows("docs/scenarios.md", "| file |")]
-    listed = [name for cell in cells for name in re.findall(r"`(.+?)`", cell)]
-    of_sim = ["run.png", "summary.json"]
-    assert sorted([*listed, *of_sim]) == list(RUN_FILES)
 
 
 @pytest.mark.slow
