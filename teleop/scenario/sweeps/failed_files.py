@@ -21,9 +21,8 @@ def write_failed(rows: Rows, folder: Path) -> int:
     A scenario with files of its own beside it is not written, for it would not find them there.
     """
     failed = folder / FOLDER
-    for file in failed.glob(
-        "*-cell-*.toml"
-    ):  # of an earlier call, and nothing else that lies there
+    # Of an earlier call, and nothing else that lies there.
+    for file in failed.glob("*-cell-*.toml"):
         file.unlink()
     first: dict[int, tuple[str, str]] = {}
     for run, result in sorted(rows, key=lambda row: (row[0].cell.number, row[0].number)):
