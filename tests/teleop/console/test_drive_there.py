@@ -30,17 +30,19 @@ STATUS = ".steps-status"
 
 
 async def hold_there(page: Page, true: Callable[[str], bool]) -> None:
-    """Keep the button pressed until the robot or the status is as wanted; press again where the page was too busy."""
+    """Keep the button pressed until the robot or the status is as wanted; press again, for longer, where the page was too busy."""
     button = page.get_by_role("button", name="Hold to drive there")
+    patience = 0.5
     async with asyncio.timeout(PATIENCE):
         while True:
             box = await button.bounding_box()
             assert box is not None
             await page.mouse.move(box["x"] + box["width"] / 2, box["y"] + box["height"] / 2)
             await page.mouse.down()
-            await asyncio.sleep(0.5)
+            await asyncio.sleep(patience)
+            patience *= 2
             while not true(said := await page.locator(STATUS).inner_text()):
-                if "let go" in said:
+                if "ended after" in said or "not driven" in said:
                     break
                 await asyncio.sleep(0.05)
             else:

@@ -203,8 +203,8 @@ def test_ctrl_c_ends_all_scenarios_and_what_had_begun_is_reported(
     assert "interrupted: not all scenarios were run to their ends" in said.err
     root = Xml.parse(tmp_path / "out/junit.xml").getroot()
     begun = [str(suite.get("name")) for suite in root]
-    assert "a" in begun
-    assert len(begun) <= int(jobs)
+    # Two processes may come to their scenarios in either order.
+    assert begun in (["a"], ["b"], ["a", "b"])[: 2 * int(jobs) - 1]
     assert root.get("errors") == str(len(begun))
     assert all((tmp_path / "out" / name / "report.html").is_file() for name in begun)
 
