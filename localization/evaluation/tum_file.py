@@ -64,7 +64,7 @@ def read_tum(path: Path | str) -> Trajectory:
         EmptyTrajectoryError: If it holds no poses.
     """
     try:
-        text = Path(path).read_text(encoding="utf-8")
+        text = Path(path).read_text(encoding="utf-8-sig")  # editors on Windows begin it with a mark
     except (OSError, UnicodeDecodeError) as error:
         reason = error.strerror if isinstance(error, OSError) else "is not a text file"
         raise TrajectoryError(f"{path}: {reason}") from error

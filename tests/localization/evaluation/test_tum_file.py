@@ -53,10 +53,11 @@ def test_file_is_what_other_tools_expect(tmp_path: Path) -> None:
     assert np.loadtxt(tmp_path / "a.tum").shape == (8,)
 
 
-def test_foreign_file_is_read_with_its_rounded_quaternions(tmp_path: Path) -> None:
+def test_foreign_file_is_read_with_its_mark_and_rounded_quaternions(tmp_path: Path) -> None:
     path = tmp_path / "freiburg.txt"
     path.write_text(
-        "# ground truth\n\n1305031098.6659 1.3 0.6 1.6 0.6 0 0 -0.8001\n1.3051e9 1 2 3 0 0 0 1\n"
+        "\ufeff# ground truth\n\n1305031098.6659 1.3 0.6 1.6 0.6 0 0 -0.8001\n1.3051e9 1 2 3 0 0 0 1\n",
+        encoding="utf-8",
     )
     trajectory = read_tum(path)
     assert trajectory.stamps.tolist() == [1305031098665900000, 1305100000000000000]
