@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import asyncio
 import json
 import os
 import re
@@ -17,6 +18,7 @@ from websockets.asyncio.client import connect
 from localization.maps.cloud import Cloud
 from robot_sim import World
 from robot_sim.errors import CameraError
+from teleop.__main__ import main
 from teleop.errors import SettingError
 from teleop.operator.operate import client_for
 from teleop.operator.operate_config import OperateConfig
@@ -215,6 +217,20 @@ async def test_operator_authenticates_at_an_encrypted_robot(
         assert server.url in text
         assert "warning" not in text
         assert DRIVER not in text
+
+
+@pytest.mark.slow
+@in_a_loop
+async def test_report_of_the_link_trusts_the_certificate_that_it_is_given(
+    serving: Serving, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    crt, key = certificate(tmp_path)
+    async with serving(ServeConfig(tls_cert=crt, tls_key=key)) as server:
+        words = ["link", "report", server.url, "--seconds", "1"]
+        assert await asyncio.to_thread(main, words) == 2
+        assert "is not trusted: self-signed certificate" in capsys.readouterr().err
+        assert await asyncio.to_thread(main, [*words, "--ca", str(crt)]) == 0
+    assert "commands " in capsys.readouterr().out
 
 
 def test_invalid_token_or_certificate_is_rejected(tmp_path: Path) -> None:
