@@ -39,10 +39,12 @@ async def hold_there(page: Page, true: Callable[[str], bool]) -> None:
             assert box is not None
             await page.mouse.move(box["x"] + box["width"] / 2, box["y"] + box["height"] / 2)
             await page.mouse.down()
-            await asyncio.sleep(patience)
+            # Until the page has seen the press, it may show how the drive before ended.
+            due = asyncio.get_running_loop().time() + patience
             patience *= 2
             while not true(said := await page.locator(STATUS).inner_text()):
-                if "ended after" in said or "not driven" in said:
+                ended = "ended after" in said or "not driven" in said
+                if ended and asyncio.get_running_loop().time() > due:
                     break
                 await asyncio.sleep(0.05)
             else:
