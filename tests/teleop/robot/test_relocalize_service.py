@@ -115,7 +115,15 @@ async def test_search_that_the_robot_began_by_itself_gives_way_to_a_requested_on
 @pytest.mark.process
 @in_a_loop
 async def test_operator_has_the_robot_found_with_an_option(in_real_time: InRealTime) -> None:
-    async with in_real_time() as server:
+    async with in_real_time() as server, peer(server.url) as client:
+        await listen(client)
+        # While the robot still looks where it begins, a request is refused: a search is under way already.
+        await client.until(
+            lambda: (
+                client.messages("/localization/status")
+                and client.last("/localization/status")["health"] == "tracking"
+            )
+        )
         options = ("--no-viewer", "--duration", "8", "--find")
         status, out, err = await command("operate", server.url, *options)
     assert status == 0, err
