@@ -184,6 +184,6 @@ def interpolate_many(
     k -= first
     angle = f * angles[k]
     half = np.sin(0.5 * angle)
-    rotations = knots[k] + np.sin(angle)[:, None, None] * once[k]
-    rotations += (2.0 * half * half)[:, None, None] * (once @ axes)[k]
+    rotations = knots.take(k, axis=0) + np.sin(angle)[:, None, None] * once.take(k, axis=0)
+    rotations += (2.0 * half * half)[:, None, None] * (once @ axes).take(k, axis=0)
     return positions, rotations

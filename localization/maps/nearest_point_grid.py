@@ -79,7 +79,7 @@ class NearestGrid:
         where = block_at[0] * (ny * nz) + (block_at[1] * nz + block_at[2])
         inside = (within[0] << 2 * _BITS) + ((within[1] << _BITS) + within[2])
         block = self.directory.ravel().take(where)
-        code = self.blocks.reshape(len(self.blocks), -1)[block, inside]
+        code = self.blocks.ravel().take((block.astype(np.int64) << 3 * _BITS) + inside)
         found: IndexArray = self.owners.take(self.first.take(block) + code)
         found[beyond[0] | (beyond[1] | beyond[2])] = -1
         return found

@@ -86,8 +86,8 @@ class Residuals:
     """(N, 6) derivative by (position in map, rotation in base)."""
     nearest: IndexArray
     """(N,) index of the nearest cloud point; -1 where there is none."""
-    incidence: FloatArray
-    """(N,) sine of the angle between the beam and the surface; 1 at a right angle to it."""
+    across: FloatArray
+    """(N,) part of each beam along the surface's normal [m]; negative where the beam meets its front."""
     along: FloatArray | None = None
     """(N,) signed distance from the nearest cloud point along its wall, horizontally [m]; 0 on surfaces that are
     not upright. None unless the map is rough."""
@@ -130,31 +130,31 @@ def residuals(
     arms, scanners = sweep.points @ rotation.T, sweep.origins @ rotation.T
     points = arms + position
     index = world.nearest(points) if rough else world.grid.nearest(points)
-    normals = world.cloud.normals[index].astype(float)
-    offset = points - world.cloud.points[index]
+    normals = world.cloud.normals.take(index, axis=0).astype(float)
+    offset = points - world.cloud.points.take(index, axis=0)
+    # The sensor seen from the nearest point, and its distance from the surface there.
+    back = scanners - arms + offset
+    before = np.einsum("ij,ij->i", normals, back)
     culled = index < 0
     if backface_culling:
-        # The sensor seen from the nearest point.
-        back = scanners + position - points + offset
-        culled |= np.einsum("ij,ij->i", normals, back) <= 0.0
+        culled |= before <= 0.0
         if len(world.behind):
             # Of a thin wall the face is meant that the scanner sees.
-            thin = np.flatnonzero(culled & (world.behind[index] >= 0) & (index >= 0))
+            thin = np.flatnonzero(culled & (world.behind.take(index) >= 0) & (index >= 0))
             other = world.behind[index[thin]]
             back[thin] -= offset[thin]
             index[thin], normals[thin] = other, world.cloud.normals[other]
             offset[thin] = points[thin] - world.cloud.points[other]
             back[thin] += offset[thin]
-            culled[thin] = np.einsum("ij,ij->i", normals[thin], back[thin]) <= 0.0
+            before[thin] = np.einsum("ij,ij->i", normals[thin], back[thin])
+            culled[thin] = before[thin] <= 0.0
     distance = np.einsum("ij,ij->i", normals, offset)
+    across = distance - before
     distance[culled] = np.nan
     jacobian = _jacobian(arms, normals, rotation)
     beyond = world.cut_below(points)
-    beams = arms - scanners
-    across = np.abs(np.einsum("ij,ij->i", normals, beams))
-    incidence = across / np.maximum(np.sqrt(np.einsum("ij,ij->i", beams, beams)), 1e-9)
     if not rough:
-        return Residuals(distance, jacobian, index, incidence, beyond=beyond)
+        return Residuals(distance, jacobian, index, across, beyond=beyond)
     level = np.hypot(normals[:, 0], normals[:, 1])
     upright = level > _UPRIGHT
     tangent = np.zeros_like(normals)
@@ -162,12 +162,21 @@ def residuals(
     np.divide(normals[:, 0], level, out=tangent[:, 1], where=upright)
     along = np.einsum("ij,ij->i", tangent, offset)
     aside = _jacobian(arms, tangent, rotation)
-    return Residuals(distance, jacobian, index, incidence, along, aside, beyond)
+    return Residuals(distance, jacobian, index, across, along, aside, beyond)
 
 
 GRAZING = 0.1
 """Sine of the incidence, 6 degrees, below which a beam says the less of a surface: a transversal scanner under the edge of
 a wall that it stands parallel to sees the ceiling, and a level one whose tilt only the ground constrains the floor."""
+
+
+def beam_lengths(sweep: Sweep) -> FloatArray:
+    """Return the length (N,) of each beam of a sweep [m], above 0."""
+    beams = sweep.points - sweep.origins
+    length: FloatArray = np.sqrt(np.einsum("ij,ij->i", beams, beams))
+    return np.maximum(length, 1e-9)
+
+
 _UPRIGHT = 0.8
 """Horizontal part of the normal of an upright surface, at least: within 37 degrees of the vertical."""
 
@@ -177,15 +186,15 @@ def _jacobian(arms: FloatArray, directions: FloatArray, rotation: FloatArray) ->
 
     d(n . R Exp(t) p)/dt = (p x R'n)' = (R' (Rp x n))'; ``arms`` (N, 3) are the points Rp.
     """
-    jacobian = np.empty((len(arms), 6))
-    jacobian[:, :3] = directions
-    (ax, ay, az), (nx, ny, nz) = arms.T, directions.T
-    turned = np.empty((len(arms), 3))
-    turned[:, 0] = ay * nz - az * ny
-    turned[:, 1] = az * nx - ax * nz
-    turned[:, 2] = ax * ny - ay * nx
-    np.matmul(turned, rotation, out=jacobian[:, 3:])
-    return jacobian
+    # Column by column: each lies in one piece, as all that is computed from it wants it.
+    columns, turned = np.empty((6, len(arms))), np.empty((3, len(arms)))
+    columns[:3] = directions.T
+    (ax, ay, az), (nx, ny, nz) = arms.T, columns[:3]
+    turned[0] = ay * nz - az * ny
+    turned[1] = az * nx - ax * nz
+    turned[2] = ax * ny - ay * nx
+    np.matmul(rotation.T, turned, out=columns[3:])
+    return columns.T
 
 
 def register(
@@ -218,10 +227,10 @@ def register(
     rough = world.noise.normal > config.rough
     config = adapted(config, world.noise)
     kernel = _first_kernel(covariance, config, rough=rough)
-    least = _STEP_SHARE * config.sigma
+    least, lengths = _STEP_SHARE * config.sigma, beam_lengths(sweep)
     for _ in range(config.iterations):
         at, seen = pose, _seen(sweep, world, pose, config, rough=rough)
-        weight = _weights(seen, world, kernel, config)
+        weight = _weights(seen, lengths, world, kernel, config)
         if not rough:
             weight *= _independent_share(weight, config)
         hessian, gradient = _normal_equations(seen, weight, config)
@@ -232,11 +241,11 @@ def register(
         pose = Pose.from_rotation(pose.position + step[:3], pose.rotation @ so3_exp(step[3:]))
         if kernel <= config.kernel and _size(step) < least:
             # Half a millimetre on, the points would be seen as they are here.
-            return _conclude(sweep, world, at, seen, config, rough=rough)
+            return _conclude(sweep, world, at, seen, lengths, config, rough=rough)
         # Wide first, so that points far off pull at all; narrow last, so that wrong ones do not.
         kernel = max(config.kernel, 0.6 * kernel)
     seen = _seen(sweep, world, pose, config, rough=rough)
-    return _conclude(sweep, world, pose, seen, config, rough=rough)
+    return _conclude(sweep, world, pose, seen, lengths, config, rough=rough)
 
 
 _STEP_SHARE = 0.025
@@ -287,7 +296,11 @@ def _first_kernel(covariance: FloatArray, config: RegistrationConfig, *, rough: 
 
 
 def _weights(
-    seen: Residuals, world: PreparedMap, kernel: float, config: RegistrationConfig
+    seen: Residuals,
+    lengths: FloatArray,
+    world: PreparedMap,
+    kernel: float,
+    config: RegistrationConfig,
 ) -> FloatArray:
     """Return Geman-McClure weights (N,) over sigma^2, of independent points; in smooth maps by their normals too.
 
@@ -296,17 +309,16 @@ def _weights(
     incidence: beams that run along a wall meet what is beside it. Under a wide kernel the heading may be off by more
     than such an incidence, which then says nothing.
     """
-    distance = np.where(seen.valid, seen.distance, np.inf)
-    inside = np.abs(distance) < config.gate * kernel
-    square = np.where(inside, distance, 0.0) ** 2
+    inside = np.abs(seen.distance) < config.gate * kernel
+    square = np.where(inside, seen.distance, 0.0) ** 2
     if seen.along is not None:
         square += config.tangential * seen.along**2
     # Geman-McClure: (k^2 / (k^2 + r^2))^2.
     weight: FloatArray = np.where(inside, (kernel**2 / (kernel**2 + square)) ** 2, 0.0)
     if seen.along is None and kernel <= config.kernel:
-        weight *= np.minimum(1.0, seen.incidence / GRAZING) ** 2
+        weight *= np.minimum(1.0, np.abs(seen.across) / (GRAZING * lengths)) ** 2
     if seen.along is None and len(world.spread):
-        spread = np.maximum(world.spread[seen.nearest], config.normal_noise)
+        spread = np.maximum(world.spread.take(seen.nearest), config.normal_noise)
         weight *= (config.normal_noise / spread) ** 2
     return weight / config.sigma**2
 
@@ -338,16 +350,17 @@ def _conclude(
     world: PreparedMap,
     pose: Pose,
     seen: Residuals,
+    lengths: FloatArray,
     config: RegistrationConfig,
     *,
     rough: bool,
 ) -> Match:
     """Return the match of a sweep that was seen at a pose."""
-    weight = _weights(seen, world, config.kernel, config)
+    weight = _weights(seen, lengths, world, config.kernel, config)
     weight *= _independent_share(weight, config)
     # What is held along a wall by its nearest points is where the sweep was put, no information.
-    across = Residuals(seen.distance, seen.jacobian, seen.nearest, seen.incidence)
-    hessian, _ = _normal_equations(across, weight, config)
+    planes = Residuals(seen.distance, seen.jacobian, seen.nearest, seen.across)
+    hessian, _ = _normal_equations(planes, weight, config)
     # Noise s of a normal under a weight of 1/s^2 fakes as much as usual noise does under the whole weight.
     fake = _information_of_normal_noise(sweep, pose, weight, hessian, config.normal_noise)
     directions = observable_directions(hessian, fake, config)
@@ -361,7 +374,7 @@ def _conclude(
         whole, gradient = _normal_equations(seen, weight, config)
         held = unscaled @ whole @ unscaled.T
         offset = -unscaled.T @ np.linalg.solve(held, unscaled @ gradient)
-        ranges = None if rough else _range_fit(sweep, pose, seen, weight, unscaled, offset)
+        ranges = None if rough else _range_fit(sweep, seen, lengths, weight, unscaled, offset)
     # The prior still pulls at the pose found; the sweep alone gives a slightly different one.
     alone = Pose.from_rotation(pose.position + offset[:3], pose.rotation @ so3_exp(offset[3:]))
     distances = seen.distance.copy()
@@ -379,8 +392,8 @@ def _conclude(
 
 def _range_fit(
     sweep: Sweep,
-    pose: Pose,
     seen: Residuals,
+    lengths: FloatArray,
     weight: FloatArray,
     unscaled: FloatArray,
     offset: FloatArray,
@@ -389,16 +402,14 @@ def _range_fit(
 
     Args:
         sweep: the sweep.
-        pose: at which it was seen.
-        seen: it against the cloud there.
+        seen: it against the cloud at a pose.
+        lengths: (N,) of its beams [m].
         weight: (N,) of its points.
         unscaled: (k, 6) observable directions.
         offset: (6,) from the pose to where the sweep alone fits best.
     """
-    beams = sweep.points - sweep.origins
-    length = np.sqrt(np.einsum("ij,ij->i", beams, beams))
     # The derivative of a distance by its range: the cosine between beam and normal.
-    slope = np.einsum("ij,ij->i", seen.jacobian[:, :3], beams @ pose.rotation.T) / length
+    slope = seen.across / lengths
     slopes = slope[:, None] * np.stack([sweep.horizontal, ~sweep.horizontal], axis=1)
     weighted = weight[:, None] * slopes
     reduced, mixed = seen.jacobian @ unscaled.T, seen.jacobian.T @ weighted

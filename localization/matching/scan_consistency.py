@@ -122,10 +122,11 @@ class BeamClassifier:
         beam = np.repeat(beam, 2)
         at = np.repeat(at, 2)
         at[1::2] += 0.5 * c.edge
-        place, direction = start[beam] + at[:, None] * line[beam], line[beam]
+        direction = line.take(beam, axis=0)
+        place = start.take(beam, axis=0) + at[:, None] * direction
         index = self._world.grid.nearest(place)
-        normal = self._world.cloud.normals[index]
-        offset = self._world.cloud.points[index] - place
+        normal = self._world.cloud.normals.take(index, axis=0)
+        offset = self._world.cloud.points.take(index, axis=0) - place
         slope = np.einsum("ij,ij->i", normal, direction)
         meets = (index >= 0) & (np.abs(slope) > GRAZING)
         # A beam may run along a surface for metres; it meets it where its line cuts the surface's plane.
@@ -133,7 +134,7 @@ class BeamClassifier:
             along = np.einsum("ij,ij->i", normal, offset) / slope
             aside = offset - along[:, None] * direction
         meets &= (np.einsum("ij,ij->i", aside, aside) < c.aside**2) & (np.abs(along) < c.edge)
-        faces = (slope < 0.0) | self._thin[index]
+        faces = (slope < 0.0) | self._thin.take(index)
         beam, at, faces = beam[meets], at[meets] + along[meets], faces[meets]
         met, facing = np.full(len(start), np.inf), np.zeros(len(start), dtype=bool)
         order = np.lexsort((at, beam))
@@ -150,7 +151,7 @@ class BeamClassifier:
             cell = first[:, None] + (line[:, axis] / self.config.edge)[:, None] * steps
             np.clip(cell, 0.0, self._shape[axis] - 1.0, out=cell)
             flat += cell.astype(np.int64) * self._stride[axis]
-        solid: BoolArray = self._solid[flat]
+        solid: BoolArray = self._solid.take(flat)
         return solid
 
 
