@@ -8,6 +8,7 @@ import ssl
 from typing import Final
 
 from teleop.bridges.broker_options import BrokerOptions
+from teleop.rosbridge.client.connector import OTHER_NAME
 
 _TIMEOUT: Final = 3.0
 """Time for a handshake [s]."""
@@ -38,7 +39,7 @@ async def why_unusable(broker: BrokerOptions) -> str | None:
         return await _hidden_tls(address, host, int(port))
     except ssl.SSLCertVerificationError as error:
         reason = error.verify_message.rstrip(".")
-        if error.verify_code in _OTHER_NAME:
+        if error.verify_code in OTHER_NAME:
             return f"{address}: {reason}; name the broker in --brokers as its certificate does"
         given = "" if broker.broker_ca is None else f", not {broker.broker_ca}"
         return (
@@ -55,10 +56,6 @@ async def why_unusable(broker: BrokerOptions) -> str | None:
         return _no_tls(address) if context is not None else None
     except OSError as error:
         return f"{address}: {os.strerror(error.errno).lower() if error.errno else error}"
-
-
-_OTHER_NAME: Final = (62, 64)
-"""OpenSSL's codes of a certificate for another name, and for another address."""
 
 
 def _no_tls(address: str) -> str:

@@ -19,6 +19,8 @@ from teleop.rosbridge.errors import ClientError
 
 _MAX_FRAME: Final = 64_000_000
 """Largest received frame [bytes]."""
+OTHER_NAME: Final = (62, 64)
+"""OpenSSL's codes of a certificate for another name, and for another address."""
 
 _WIRE: Final = logging.getLogger(f"{__name__}.wire")
 _WIRE.setLevel(logging.CRITICAL)  # errors that matter are raised
@@ -94,7 +96,11 @@ class Connector:
         try:
             return await connect(self._target, **self._options)
         except ssl.SSLCertVerificationError as error:  # which is a ValueError, too
-            raise ClientError(f"{self.url} is not trusted: {error.verify_message}") from error
+            way = "give the certificate of its issuer, as --ca FILE or tls="
+            if error.verify_code in OTHER_NAME:
+                way = "call it as its certificate does"
+            reason = error.verify_message.rstrip(".")
+            raise ClientError(f"{self.url} is not trusted: {reason}; {way}") from error
         except ssl.SSLError as error:
             why = f"{error.reason or 'it closes the connection'}; is it at ws://?"
             raise ClientError(f"{self.url} has no TLS in common with this client: {why}") from error

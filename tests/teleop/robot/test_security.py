@@ -228,7 +228,11 @@ async def test_report_of_the_link_trusts_the_certificate_that_it_is_given(
     async with serving(ServeConfig(tls_cert=crt, tls_key=key)) as server:
         words = ["link", "report", server.url, "--seconds", "1"]
         assert await asyncio.to_thread(main, words) == 2
-        assert "is not trusted: self-signed certificate" in capsys.readouterr().err
+        refused = "is not trusted: self-signed certificate; give the certificate of its issuer, as --ca FILE"
+        assert refused in capsys.readouterr().err
+        elsewhere = server.url.replace("127.0.0.1", "localhost")
+        assert await asyncio.to_thread(main, [*words[:2], elsewhere, "--ca", str(crt)]) == 2
+        assert "call it as its certificate does" in capsys.readouterr().err
         assert await asyncio.to_thread(main, [*words, "--ca", str(crt)]) == 0
     assert "commands " in capsys.readouterr().out
 

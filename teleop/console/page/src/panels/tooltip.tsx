@@ -25,9 +25,9 @@ export function Tooltip({ label, children }: { label: string; children: Componen
         onClick={() => { pinned.value = !pinned.value; }}
         onFocus={() => { hovered.value = true; }}
         onBlur={() => { hovered.value = false; pinned.value = false; }}
+        // Escape stops the robot too: these words may be open while it is driven.
         onKeyDown={(event) => {
           if (event.key === "Escape" && shown) {
-            event.stopPropagation();
             hovered.value = false;
             pinned.value = false;
           }
