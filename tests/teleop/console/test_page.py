@@ -12,6 +12,7 @@ from localization.maps.cloud import Cloud
 from teleop.robot.serving.lan_access import lan_access
 from teleop.robot.serving.serve_config import ServeConfig
 from tests.teleop.console.conftest import Meets, Pages, Served, page_address
+from tests.teleop.console.hands import until
 from tests.teleop.console.plain_robots import console_for
 from tests.teleop.robot.served_robots import DRIVER, tokens
 from tests.teleop.support import in_a_loop, soon
@@ -50,10 +51,12 @@ async def test_policy_refuses_inline_scripts_and_other_hosts(
         served() as robot,
         page_of(page_address(robot), scripts=[HOSTILE]) as visit,
     ):
-        await visit.page.wait_for_timeout(1000)
+
+        def refused() -> bool:
+            return {"script-src-elem", "connect-src"} <= {v.split()[0] for v in visit.violations}
+
+        await until(refused, "that the policy refuses both")
         assert await visit.page.evaluate("window.inlineRan") is None
-        refused = {violation.split()[0] for violation in visit.violations}
-        assert refused >= {"script-src-elem", "connect-src"}
 
 
 @in_a_loop

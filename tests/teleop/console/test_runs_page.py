@@ -146,7 +146,7 @@ async def test_replay_shows_the_pictures_of_the_camera_that_were_recorded(
         await picture.wait_for()
         first = await picture.get_attribute("src")
         # Another picture may take its place at any moment, which ends the decoding of the one before.
-        await soon(page.wait_for_function(DRAWN))
+        await until(lambda: page.evaluate(DRAWN), "a picture of the camera")
         await page.evaluate(SEEK, 1.0)
 
         async def another() -> bool:
