@@ -28,7 +28,7 @@ def read_only(value: npt.ArrayLike, shape: tuple[int, ...] | None, name: str) ->
     array = value if is_shareable(value, np.float64) else np.array(value, dtype=float)
     if shape is not None and array.shape != shape:
         raise InvalidReadingError(f"{name} must have shape {shape}, got {array.shape}")
-    array.flags.writeable = False
+    array.setflags(write=False)
     return array
 
 

@@ -49,9 +49,9 @@ class Pose:
         if abs(norm2 - 1.0) > 1e-12:
             q = q / math.sqrt(norm2)
             w, x, y, z = q.tolist()
-        q.flags.writeable = False
+        q.setflags(write=False)
         rotation = np.array(rotation_entries((w, x, y, z))).reshape(3, 3)
-        rotation.flags.writeable = False
+        rotation.setflags(write=False)
         object.__setattr__(self, "position", position)
         object.__setattr__(self, "quaternion_wxyz", q)
         object.__setattr__(self, "rotation", rotation)
@@ -89,7 +89,7 @@ class Pose:
 
     def inverse(self) -> Pose:
         """Return the inverse transform."""
-        w, x, y, z = self.quaternion_wxyz
+        w, x, y, z = self.quaternion_wxyz.tolist()
         return Pose(-(self.rotation.T @ self.position), np.array([w, -x, -y, -z]))
 
     def apply(self, points: FloatArray) -> FloatArray:

@@ -75,7 +75,8 @@ class Codec:
 
     def _json(self, kind: MessageType, message: Message, out: list[str | bytes]) -> None:
         if kind.name in (TIME, DURATION):
-            out.append(json.dumps(_stamp(message), separators=(",", ":")))
+            parts = (f'"{name}":{number}' for name, number in _stamp(message).items())
+            out.append(f"{{{','.join(parts)}}}")
             return
         separator = "{"
         for field, value in self._values(kind, message):
@@ -108,7 +109,9 @@ class Codec:
         plain = _scalar(field, value)
         if isinstance(plain, float) and not math.isfinite(plain):
             raise ValueError(f"field {field.name} is {plain}, which JSON cannot represent")
-        out.append(json.dumps(plain))
+        # A number's own text is that of JSON; its writer sets itself up anew for each.
+        number = type(plain) is float or type(plain) is int
+        out.append(repr(plain) if number else json.dumps(plain))
 
     def _cbor(self, kind: MessageType, message: Message) -> Message:
         if kind.name in (TIME, DURATION):
