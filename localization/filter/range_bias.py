@@ -49,6 +49,5 @@ class RangeBias:
         if not self.mean.any():
             return sweep
         beams = sweep.points - sweep.origins
-        length = np.sqrt(np.einsum("ij,ij->i", beams, beams))
-        share = np.where(sweep.horizontal, *self.mean) / np.maximum(length, 1e-9)
+        share = np.where(sweep.horizontal, *self.mean) / sweep.beam_lengths()
         return replace(sweep, points=sweep.points - share[:, None] * beams)

@@ -132,12 +132,12 @@ def residuals(
     index = world.nearest(points) if rough else world.grid.nearest(points)
     normals = world.cloud.normals.take(index, axis=0).astype(float)
     offset = points - world.cloud.points.take(index, axis=0)
-    # The sensor seen from the nearest point, and its distance from the surface there.
+    # The scanner seen from the nearest point, and its distance from the plane there.
     back = scanners - arms + offset
-    before = np.einsum("ij,ij->i", normals, back)
+    scanner_distance = np.einsum("ij,ij->i", normals, back)
     culled = index < 0
     if backface_culling:
-        culled |= before <= 0.0
+        culled |= scanner_distance <= 0.0
         if len(world.behind):
             # Of a thin wall the face is meant that the scanner sees.
             thin = np.flatnonzero(culled & (world.behind.take(index) >= 0) & (index >= 0))
@@ -146,10 +146,10 @@ def residuals(
             index[thin], normals[thin] = other, world.cloud.normals[other]
             offset[thin] = points[thin] - world.cloud.points[other]
             back[thin] += offset[thin]
-            before[thin] = np.einsum("ij,ij->i", normals[thin], back[thin])
-            culled[thin] = before[thin] <= 0.0
+            scanner_distance[thin] = np.einsum("ij,ij->i", normals[thin], back[thin])
+            culled[thin] = scanner_distance[thin] <= 0.0
     distance = np.einsum("ij,ij->i", normals, offset)
-    across = distance - before
+    across = distance - scanner_distance
     distance[culled] = np.nan
     jacobian = _jacobian(arms, normals, rotation)
     beyond = world.cut_below(points)
@@ -168,15 +168,6 @@ def residuals(
 GRAZING = 0.1
 """Sine of the incidence, 6 degrees, below which a beam says the less of a surface: a transversal scanner under the edge of
 a wall that it stands parallel to sees the ceiling, and a level one whose tilt only the ground constrains the floor."""
-
-
-def beam_lengths(sweep: Sweep) -> FloatArray:
-    """Return the length (N,) of each beam of a sweep [m], above 0."""
-    beams = sweep.points - sweep.origins
-    length: FloatArray = np.sqrt(np.einsum("ij,ij->i", beams, beams))
-    return np.maximum(length, 1e-9)
-
-
 _UPRIGHT = 0.8
 """Horizontal part of the normal of an upright surface, at least: within 37 degrees of the vertical."""
 
@@ -227,7 +218,7 @@ def register(
     rough = world.noise.normal > config.rough
     config = adapted(config, world.noise)
     kernel = _first_kernel(covariance, config, rough=rough)
-    least, lengths = _STEP_SHARE * config.sigma, beam_lengths(sweep)
+    least, lengths = _STEP_SHARE * config.sigma, sweep.beam_lengths()
     for _ in range(config.iterations):
         at, seen = pose, _seen(sweep, world, pose, config, rough=rough)
         weight = _weights(seen, lengths, world, kernel, config)

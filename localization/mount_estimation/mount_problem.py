@@ -15,13 +15,7 @@ import numpy as np
 from localization.geometry import FloatArray, hat, so3_exp, so3_log
 from localization.maps.map_noise import MapNoise
 from localization.maps.prepared_map import PreparedMap
-from localization.matching.registration import (
-    GRAZING,
-    RegistrationConfig,
-    adapted,
-    beam_lengths,
-    residuals,
-)
+from localization.matching.registration import GRAZING, RegistrationConfig, adapted, residuals
 from localization.mount_estimation.calibration_config import CalibrationConfig
 from localization.mount_estimation.calibration_sample import CalibrationSample
 from localization.mount_estimation.normal_equations import (
@@ -149,7 +143,7 @@ class MountProblem:
             sweep = sample.sweep_of(scan, mount)
             seen = residuals(sweep, self._world, pose)
             near = np.abs(np.nan_to_num(seen.distance, nan=np.inf)) < c.gate * kernel
-            near &= np.abs(seen.across) > GRAZING * beam_lengths(sweep)
+            near &= np.abs(seen.across) > GRAZING * sweep.beam_lengths()
             if not near.any():
                 continue
             distance, own = seen.distance[near], seen.jacobian[near]

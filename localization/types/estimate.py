@@ -74,6 +74,12 @@ class Sweep:
         horizontal.flags.writeable = False
         object.__setattr__(self, "horizontal", horizontal)
 
+    def beam_lengths(self) -> FloatArray:
+        """Return the length (N,) of the beam of each point [m], above 0."""
+        beams = self.points - self.origins
+        length: FloatArray = np.sqrt(np.einsum("ij,ij->i", beams, beams))
+        return np.maximum(length, 1e-9)
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class RangeFit:
