@@ -116,7 +116,8 @@ async def test_in_a_headset_a_ray_chooses_the_place_and_its_key_is_the_deadman(
         await inside(page, lambda it: "Hold to drive there" in it["words"])
 
         async def hold(held: bool) -> None:
-            await aim_at_key(page, "right", "Hold to drive there")
+            if held:  # the board has no such key while the page waits for the hand to let go
+                await aim_at_key(page, "right", "Hold to drive there")
             await worn(page, "button", "right", "trigger", int(held))
 
         await hold_until(page, hold, lambda: _from(robot, begin) > 0.3, "0.3 m driven")
