@@ -26,6 +26,7 @@ COMMANDS = {
     "accuracy": "localization.tours",
     "arm": "arm.parts",
     "attacks": "attacks.command",
+    "belief": "localization.belief",
     "camera": "camera.parts",
     "console": "console.parts",
     "delays": "wire.delays",

@@ -16,6 +16,7 @@ from localization.filter.ekf_config import EkfConfig
 from localization.matching.matchers import FixedCovariance, Matcher
 from localization.matching.registration import RegistrationConfig
 from localization.matching.scan_consistency import ScanConsistencyConfig
+from localization.monitoring.belief import BeliefConfig
 from localization.monitoring.extrinsics_monitor import ExtrinsicsMonitorConfig
 from localization.monitoring.health import HealthConfig
 from localization.monitoring.jump_detection import JumpDetectionConfig
@@ -47,6 +48,7 @@ class LocalizerConfig:
     registration: RegistrationConfig = field(default_factory=RegistrationConfig)
     kiss: KissConfig = field(default_factory=KissConfig)
     health: HealthConfig = field(default_factory=HealthConfig)
+    belief: BeliefConfig = field(default_factory=BeliefConfig)
     extrinsics_monitor: ExtrinsicsMonitorConfig = field(default_factory=ExtrinsicsMonitorConfig)
     jump_detection: JumpDetectionConfig = field(default_factory=JumpDetectionConfig)
     search: SearchConfig = field(default_factory=SearchConfig)
@@ -120,10 +122,7 @@ class LocalizerConfig:
         config = cls(sensors=sensors, ekf=EkfConfig.of(sensors))
         if sensors.displaced:
             kiss = replace(config.kiss, sigma_floor=_KISS_POSITION, sigma_floor_angle=_KISS_ANGLE)
-            # The pose that sweeps are compared at is then corrected by them, and wrong by what they are wrong by.
-            jumps = replace(config.jump_detection, part_overlap=0.0)
-            health = replace(config.health, jump_growth=-1.0)
-            config = replace(config, kiss=kiss, jump_detection=jumps, health=health)
+            config = replace(config, kiss=kiss)
         return replace(config, placement_sigma=_PLACEMENT_FLAT) if sensors.flat else config
 
     def require_suited(self) -> None:

@@ -95,22 +95,22 @@ def lost_trials(
     last = max(recording.truth) - SETTLE - WATCH
     for i in range(count):
         kind = KINDS[i % len(KINDS)]
-        stream, localizer = _Stream(recording), Localizer(world, recording.mounts, config)
+        stream, localizer = Stream(recording), Localizer(world, recording.mounts, config)
         stream.jump(int(rng.integers(STANDS, last)))
         for _ in stream.feed(localizer, SECOND // 5):
             pass
-        _put(localizer, stream.truth)
+        put(localizer, stream.truth)
         for _ in stream.feed(localizer, SETTLE):
             pass
         yield _watched(kind, _gone_wrong(kind, stream, localizer, rng, last))
 
 
 def _gone_wrong(
-    kind: str, stream: _Stream, localizer: Localizer, rng: np.random.Generator, last: int
+    kind: str, stream: Stream, localizer: Localizer, rng: np.random.Generator, last: int
 ) -> Iterator[tuple[Estimate, Pose]]:
     if kind == "carried off":
         here = stream.truth
-        while _near(here, stream.truth):
+        while near(here, stream.truth):
             stream.jump(int(rng.integers(STANDS, last)))
         return stream.feed(localizer, WATCH)
     if kind == "begun wrong":
@@ -119,17 +119,17 @@ def _gone_wrong(
         turn = rng.uniform(TURNED, np.pi) if turned else rng.uniform(0.0, 0.5)
         bearing = rng.uniform(-np.pi, np.pi)
         off = Pose.planar(far * np.cos(bearing), far * np.sin(bearing), turn * rng.choice([-1, 1]))
-        _put(localizer, stream.truth @ off)
+        put(localizer, stream.truth @ off)
         return stream.feed(localizer, WATCH)
     return stream.feed(localizer, 2 * WATCH + SECOND, dark=Span(0, WATCH + SECOND))
 
 
-def _near(here: Pose, there: Pose) -> bool:
+def near(here: Pose, there: Pose) -> bool:
     step = here.inverse() @ there
     return float(np.hypot(*step.position[:2])) < 2.0 * FAR and abs(step.yaw) < 2.0 * TURNED
 
 
-def _put(localizer: Localizer, pose: Pose) -> None:
+def put(localizer: Localizer, pose: Pose) -> None:
     """Let the localiser believe a pose as if it had found it."""
     localizer._take(Placement(pose, "put there"))
 
@@ -163,7 +163,7 @@ def _off(estimate: Estimate, truth: Pose) -> tuple[float, float]:
     return float(np.linalg.norm(step)), abs(wrap_angle(estimate.map_from_base.yaw - truth.yaw))
 
 
-class _Stream:
+class Stream:
     """A recording that is read from anywhere, in a time of its own that only goes on."""
 
     def __init__(self, recording: Recording) -> None:

@@ -1,8 +1,8 @@
-"""Hours among people: false alarms an hour, and what becomes of that when alarms come sooner or later.
+"""Hours among people: false alarms an hour, and what becomes of that when it takes more or less to be sure.
 
 Parts: ``hours-1`` to ``hours-12``, each fifty minutes in the living office and warehouse, other people and another
 robot in each ten of them; ``carried``, a hundred robots that are carried off there; and, for each of some other
-patiences, ``patience-N``, the same hundred and one hour. ``--out`` keeps them; ``python -m benchmarks.pictures.people``
+probabilities at which a pose is believed, ``sure-P``, the same hundred and one hour. ``--out`` keeps them; ``python -m benchmarks.pictures.people``
 draws one against the other.
 """
 
@@ -28,8 +28,8 @@ from localization.types import SECOND
 SCENES = ("office", "warehouse")
 CHUNKS, DRIVES = 12, 5
 """Parts, and drives of ten minutes in each."""
-PATIENCES = (4, 8, 24)
-"""Other values of ``health.lost_after`` than that which ships: sweeps, ten a second."""
+SURE = (0.9, 0.999)
+"""Other values of ``belief.sure`` than that which ships."""
 CARRIED = 25
 """Robots carried off in each of four drives."""
 NOTICED = 4 * SECOND
@@ -42,14 +42,14 @@ def _drives(chunk: int) -> Sequence[LongDrive]:
     return tuple(LongDrive(SCENES[seed % 2], seed, alive=True) for seed in seeds)
 
 
-def _config(patience: int | None) -> LocalizerConfig:
+def _config(sure: float | None) -> LocalizerConfig:
     config = LocalizerConfig()
-    if patience is None:
+    if sure is None:
         return config
-    return replace(config, health=replace(config.health, lost_after=patience))
+    return replace(config, belief=replace(config.belief, sure=sure))
 
 
-def carried(patience: int | None = None) -> Iterator[Figure]:
+def carried(sure: float | None = None) -> Iterator[Figure]:
     """Carry robots off among people and yield what share was noticed in time."""
     flagged: list[float] = []
     doubted: list[float] = []
@@ -61,7 +61,7 @@ def carried(patience: int | None = None) -> Iterator[Figure]:
         for _ in range(CARRIED):
             recording, moved = carry(drive, rng, after=NOTICED)
             laps = Laps()
-            localizer = Localizer(world, drive.mounts, _config(patience), stage=laps.stage)
+            localizer = Localizer(world, drive.mounts, _config(sure), stage=laps.stage)
             fate = fate_of(replay(recording, localizer, laps), recording, moved)
             flagged.append(fate.flagged)
             doubted.append(fate.doubted)
@@ -71,15 +71,15 @@ def carried(patience: int | None = None) -> Iterator[Figure]:
     yield share(case, OURS, "said to be suspect or lost within 2 s", noticed, n, least=99.0)
 
 
-def _patience(sweeps: int) -> Iterator[Figure]:
-    yield from carried(sweeps)
-    yield from counts((*_drives(0), _drives(1)[0]), _config(sweeps))
+def _sure(sure: float) -> Iterator[Figure]:
+    yield from carried(sure)
+    yield from counts((*_drives(0), _drives(1)[0]), _config(sure))
 
 
 PARTS: dict[str, Callable[[], Iterator[Figure]]] = {
     "carried": carried,
     **{f"hours-{i + 1}": partial(lambda i: counts(_drives(i)), i) for i in range(CHUNKS)},
-    **{f"patience-{sweeps}": partial(_patience, sweeps) for sweeps in PATIENCES},
+    **{f"sure-{sure}": partial(_sure, sure) for sure in SURE},
 }
 
 

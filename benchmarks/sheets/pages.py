@@ -171,6 +171,8 @@ TABLES: dict[str, Callable[[Sheet], str]] = {
     "ablation": ablation,
     "ablation-missing": unmeasured,
     "ablation-facts": facts,
+    "belief": partial(all_figures, chunks="-"),
+    "belief-facts": facts,
     "arm": partial(all_figures, chunks="campaign-"),
     "arm-missing": lambda sheet: missing(sheet, arm.PARTS),
     "arm-facts": facts,

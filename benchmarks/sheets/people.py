@@ -1,4 +1,4 @@
-"""Table of the hours among people: false alarms an hour and robots noticed that were carried off, by patience."""
+"""Table of the hours among people: false alarms an hour and robots noticed that were carried off, by what it takes to be sure."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from benchmarks.localization.alarms import by_the_hour
 from localization.config import LocalizerConfig
 
 _HEADS = (
-    "said to be lost after",
+    "believed from",
     "hours (drives)",
     "false alarms of being lost per h, goal ≤ 0.1",
     "false doubts per h, goal ≤ 10",
@@ -23,15 +23,14 @@ _HEADS = (
 
 def people(sheet: Sheet) -> str:
     """Return the table: a row for each patience, the shipped one first."""
-    usual = LocalizerConfig().health.lost_after
+    usual = LocalizerConfig().belief.sure
     hours = [f for name, part in sheet.parts.items() if name.startswith("hours-") for f in part]
     shipped = [*hours, *sheet.parts.get("carried", ())]
     lines = [f"| {' | '.join(_HEADS)} |", "|" + "---|" * len(_HEADS)]
-    lines += _row(f"{usual} sweeps (default)", shipped)
-    for name in sorted(sheet.parts, key=lambda n: int(n.rpartition("-")[2]) if "-" in n else 0):
-        kind, _, sweeps = name.partition("-")
-        if kind == "patience":
-            lines += _row(f"{sweeps} sweeps", sheet.parts[name])
+    lines += _row(f"{usual:.1%} (default)", shipped)
+    for name in sorted(sheet.parts):
+        if name.startswith("sure-"):
+            lines += _row(f"{float(name.removeprefix('sure-')):.1%}", sheet.parts[name])
     return "\n".join(lines)
 
 

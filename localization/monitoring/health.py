@@ -9,6 +9,14 @@ import numpy as np
 
 from localization.geometry import FloatArray
 from localization.matching.scan_consistency import explanation
+from localization.monitoring.belief import (
+    Belief,
+    BeliefConfig,
+    break_in_view,
+    evidence_of,
+    evidence_unmoved,
+    independence,
+)
 from localization.monitoring.jump_detection import Change
 from localization.types import SECOND, Health, Match, Pose, ScanConsistency
 
@@ -17,60 +25,34 @@ _PLANAR = {"forward", "sideways", "yaw"}
 """Axes that a wheeled robot needs; its height, roll and pitch are those of the floor."""
 _CONSISTENT = ScanConsistency(0.0, 0.0, 0.0, 0.0)
 _MOST_OF_ONE = 0.4
-"""One sweep counts for at most this time [s], however rare sweeps are: what is decided over a second rests on three."""
+"""Weight of one sweep in the averages over about a second, at most, however rare sweeps are."""
+_NOTHING = ScanConsistency(1.0, 0.0, 0.0, 0.0)
+"""Agreement with the map of a sweep without a return."""
+_SUSPECT = -1.0
+"""Odds, as a logarithm, of a pose that is suspect, but not lost."""
+_CHANGED = "what is seen changed at once: was the robot carried?"
+
+
+@dataclass(frozen=True, slots=True)
+class Refusal:
+    """Why a match is rejected."""
+
+    reason: str
+    """In words."""
+    elsewhere: bool
+    """Whether the sweep fits the map, but where the robot cannot be."""
 
 
 @dataclass(frozen=True, slots=True)
 class HealthConfig:
     """When doubt begins and when it ends."""
 
-    low_inlier_ratio: float = 0.5
-    """A sweep of which the map explains a smaller share is doubtful."""
     notable_unexplained: float = 0.25
-    """A larger share of the sweeps that stays unexplained for about a second is reported, though it does
-    not make the pose doubtful."""
-    max_free_space_violation: float = 0.10
-    """A larger share of the sweeps that passes through mapped surfaces for about a second makes the pose
-    suspect. Measured in the worlds, with people and with furniture moved: at most 0.06 where the pose is
-    right; mostly 0.10 to 0.30 where it is wrong and the sweep fits all the same."""
-    off_map: float = 0.5
-    """If a larger share of a sweep ends where nothing is mapped, the robot has left the map: it goes by its
-    own motion, and a search of the map would only find wrong places."""
-    recheck_period: int = 100
-    """Number of sweeps between searches of the whole map while that lasts; 10 s at 10 Hz."""
-    jump_inconsistency: float = 0.08
-    """After a jump the pose is suspect if a larger share of the sweep passes through mapped surfaces or ends
-    where nothing is mapped."""
-    jump_growth: float = 0.13
-    """That share must also have grown by this at the same time: people who step up to a robot whose wheels slip
-    change what is seen, and little more of it passes through the map or leaves it. Below 0, and after a time
-    without sweeps, it need not."""
-    jump_violation: float = 0.018
-    """If only a part of what is seen changed at once, the pose is suspect if the share of the sweep that passes
-    through mapped surfaces grew by this at the same time. Of 15,800 sweeps among people none did both, and 96 of
-    100 robots that were carried off."""
-    jump_occlusion: float = 0.05
-    """Such a share is larger by this part of what a sweep has more of beams that end before mapped surfaces:
-    people who cause the one cause a little of the other."""
-    settling: int = 12 * SECOND // 10
-    """Time for which sweeps must fit after a jump before the whole map is searched for other places that fit [ns]:
-    until then a robot that is lost is searched for nearby."""
-    suspect_after: int = 3
-    """Number of rejected or doubtful sweeps in a row that makes the pose suspect, at the least."""
-    occluded_suspect_after: int = SECOND
-    """Doubtful sweeps that agree with the prediction and pass through no mapped surfaces make the pose suspect
-    once they have lasted this long [ns]: people who step up to the robot hide the map for a moment."""
-    clear_inlier_ratio: float = 0.55
-    """A pose that sweeps have made suspect is so until the map explains this share of a sweep, or until several
-    sweeps in a row were good: a share about ``low_inlier_ratio`` is one doubt, not many."""
-    lost_after: int = 12
-    """Number of such sweeps in a row that makes the pose lost, if they contradict it: they fit the map where
-    the robot cannot be, or pass through mapped surfaces; 1.2 s at 10 Hz."""
-    occluded_lost_after: int = 50
-    """Number of rejected sweeps in a row that makes the pose lost if occlusion could explain them; 5 s at
-    10 Hz."""
-    trusted_after: int = 3
-    """Number of good sweeps in a row after which the pose is trusted again."""
+    """A larger share of the sweeps that stays unexplained for about a second is reported, whatever it says of the
+    pose."""
+    check_after: float = 1.2
+    """A doubt that lasts for so long has the whole map searched for other places that fit [s]: until then a robot that
+    turns out to be lost is searched for nearby."""
     lost_sigma: float = 1.0
     """A horizontal position known no better than this is lost, one sigma [m]."""
     agreement_distance: float = 3.0
@@ -86,30 +68,24 @@ class HealthMonitor:
 
     config: HealthConfig = field(default_factory=HealthConfig)
     """The thresholds."""
-    bad: int = 0
-    """Number of rejected or doubtful sweeps in a row."""
-    bad_for: float = 0.0
-    """Time that they have lasted [s]."""
-    suspect: bool = False
-    """Whether such sweeps have made the pose suspect."""
-    good: int = 0
-    """Number of good sweeps in a row."""
-    violations: int = 0
-    """Number of sweeps in a row since too many beams have passed through mapped surfaces."""
-    settling: int = 0
-    """Time for which sweeps still must fit after a jump [ns]."""
-    settled: bool = False
-    """Whether the last of those has just fitted."""
-    lost: bool = False
-    """Whether the pose must not be relied on."""
+    belief_config: BeliefConfig = field(default_factory=BeliefConfig)
+    """What changes the belief."""
+    belief: Belief = field(default_factory=lambda: Belief.of_found(BeliefConfig()))
+    """How probable it is that the pose is right."""
+    doubted_for: float = 0.0
+    """Time for which the pose has not been believed [s]."""
+    uncertain: bool = False
+    """Whether the position is known too poorly."""
     off_map: bool = False
     """Whether the robot has left the map."""
-    why: str = ""
+    why: str = "nothing confirms the pose"
     """Reason of the last doubt."""
     unobservable: tuple[str, ...] = ()
     """Axes of the robot that the last match does not constrain."""
     consistency: ScanConsistency = _CONSISTENT
     """Agreement of the sweeps with the map, averaged over about a second."""
+    flicker: float = 0.0
+    """Share of a sweep that the one before lacks, averaged in the same way."""
     unconfirmed: float = 0.0
     """Distance over which sweeps still must agree with the pose before nothing but its own motion can have
     moved the robot [m]; set by a placement, a jump, and a request to search."""
@@ -126,40 +102,20 @@ class HealthMonitor:
 
     @property
     def doubtful(self) -> bool:
-        """Whether the last sweep left doubt."""
-        return self.bad > 0 or self.violations > 0
+        """Whether the pose is not believed."""
+        return not self.belief.sure(self.belief_config)
+
+    @property
+    def lost(self) -> bool:
+        """Whether the pose must not be relied on."""
+        return self.uncertain or self.belief.lost(self.belief_config)
 
     @property
     def needs_check(self) -> bool:
         """Whether it is time to search for another place that explains what is seen."""
-        c = self.config
-        return self.settled or self.violations % c.recheck_period == c.suspect_after
-
-    def after_jump(self, consistency: ScanConsistency | None, change: Change) -> HealthMonitor:
-        """Return the monitor after a jump in what is seen (see ``jump_detection``).
-
-        People who step before a scanner, or away from it, cause one as well. But they occlude the map, and
-        no beam passes through a mapped surface or ends outside of the map.
-
-        Args:
-            consistency: agreement of the sweep with the map; None if it was not registered.
-            change: how much of what is seen changed.
-        """
-        c = self.config
-        if change is Change.NONE or (consistency is None and change is Change.PART):
-            return self
-        if consistency is not None:
-            before = self.consistency
-            grown = consistency.free_space_violation - before.free_space_violation
-            hidden = max(0.0, consistency.occluded - before.occluded)
-            odd = consistency.free_space_violation + consistency.unmapped
-            more = odd - before.free_space_violation - before.unmapped
-            at_once = change is Change.MOST and c.jump_growth >= 0.0
-            most = change >= Change.MOST and odd > c.jump_inconsistency
-            most = most and (not at_once or more > c.jump_growth)
-            if not most and grown <= c.jump_violation + c.jump_occlusion * hidden:
-                return self
-        return replace(self, settling=c.settling, unconfirmed=c.agreement_distance, carried=True)
+        if self.off_map or self.lost:
+            return False
+        return self.doubted_for >= self.config.check_after or (self.carried and not self.doubtful)
 
     def unwitnessed(self) -> HealthMonitor:
         """Return the monitor of a robot whose own motion rules out no place, until metres agree."""
@@ -175,7 +131,7 @@ class HealthMonitor:
 
     def after_distance(self, distance: float) -> HealthMonitor:
         """Return the monitor after the robot moved on by a distance [m], over which the sweeps agreed or not."""
-        if max(self.to_agree, self.unconfirmed) <= 0.0 or self.doubtful or self.settling:
+        if max(self.to_agree, self.unconfirmed) <= 0.0 or self.doubtful:
             return self
         left = max(0.0, self.unconfirmed - distance)
         return replace(
@@ -186,18 +142,22 @@ class HealthMonitor:
         )
 
     @classmethod
-    def placed(cls, config: HealthConfig, explained: float = 1.0) -> HealthMonitor:
+    def placed(
+        cls, config: HealthConfig, belief: BeliefConfig, explained: float = 1.0
+    ) -> HealthMonitor:
         """Return the monitor of a pose at which the robot was found.
 
         Args:
             config: the thresholds.
+            belief: what changes the belief in it.
             explained: share of what is seen that the pose explains, if a place that was not searched may clearly
                 explain more; else 1. After a robot was carried off, a wrong place may explain most of what it sees: a search of the
                 map or driving must show whether it is right.
         """
         far = config.agreement_distance
         to_agree = far if explained < 1.0 else 0.0
-        return cls(config, unconfirmed=far, to_agree=to_agree, explained=explained)
+        found = Belief.of_found(belief)
+        return cls(config, belief, found, unconfirmed=far, to_agree=to_agree, explained=explained)
 
     @classmethod
     def after_replacement(
@@ -215,15 +175,19 @@ class HealthMonitor:
         """
         far = before.config.agreement_distance
         to_agree = 0.0 if before.carried and full else far
-        return cls(before.config, jumped=jumped, to_agree=to_agree, unconfirmed=far)
+        config, found = before.belief_config, Belief.of_found(before.belief_config)
+        return cls(before.config, config, found, jumped=jumped, to_agree=to_agree, unconfirmed=far)
 
     def after_sweep(
         self,
         match: Match,
         pose: Pose,
-        refusal: str | None,
+        refusal: Refusal | None,
         elapsed: float,
+        moved: float,
         consistency: ScanConsistency | None = None,
+        change: Change | None = None,
+        blind: bool = False,
     ) -> HealthMonitor:
         """Return the monitor after a registration.
 
@@ -232,72 +196,59 @@ class HealthMonitor:
             pose: ``map_from_base``.
             refusal: why it was rejected, if it was.
             elapsed: time since the sweep before [s].
+            moved: way driven since then by odometry [m].
             consistency: agreement of the sweep with the map, if it was examined.
+            change: how much of the sweep does not follow from the one before, if that is known.
+            blind: whether the robot drove without a sweep before, and may be anywhere.
         """
-        c = self.config
-        average = _smoothed(self.consistency, consistency)
-        doubt = refusal
-        if doubt is None and match.inlier_ratio < c.low_inlier_ratio:
-            doubt = explanation(match.inlier_ratio, consistency)
-        # A sweep that does not fit at all counts as bad, and the robot is searched for nearby first.
-        violated = doubt is None and average.free_space_violation > c.max_free_space_violation
-        off_map = consistency is not None and consistency.unmapped > c.off_map
-        bad, good, why = self.bad, self.good, self.why
-        if doubt is None:
-            bad, good = 0, good + 1
-        elif off_map:
-            bad, good = max(bad, c.suspect_after), 0
-            why = f"{doubt}: the robot has left the map and goes by its own motion"
-        else:
-            bad, good, why = bad + 1, 0, doubt
-        bad_for = self.bad_for + elapsed if bad else 0.0
-        occluded = refusal is None and not off_map and consistency is not None
-        occluded = occluded and average.free_space_violation <= c.max_free_space_violation
-        fitted = round(min(elapsed, _MOST_OF_ONE) * SECOND) if doubt is None else 0
-        settling = max(0, self.settling - fitted)
-        begins = bad >= c.suspect_after and (
-            not occluded or bad_for * SECOND >= c.occluded_suspect_after
-        )
-        cleared = match.inlier_ratio >= c.clear_inlier_ratio or good >= c.trusted_after
-        monitor = replace(
+        b, usual, flicker, unmoved = self.belief_config, self.consistency, self.flicker, math.inf
+        new = min(elapsed, _MOST_OF_ONE)
+        if change is not None:
+            broken = break_in_view(change.lacking, flicker, consistency, usual)
+            unmoved = evidence_unmoved(broken, b)
+            flicker += new * (change.lacking - flicker)
+        since = self.belief.after_time(elapsed, unmoved, b)
+        elsewhere = refusal is not None and refusal.elsewhere
+        evidence, off_map, mostly = -b.most if elsewhere else 0.0, False, False
+        if consistency is not None or refusal is not None:
+            consistency = consistency or _NOTHING
+            evidence = evidence if elsewhere else evidence_of(consistency, b)
+            off_map = consistency.unmapped > b.mostly
+            mostly = off_map or (not elsewhere and consistency.unexplained < b.mostly)
+        # One sweep makes no pose lost: a reading that came too late may have caused it.
+        least = _SUSPECT if mostly or not self.doubtful else -math.inf
+        belief = since.after_sweep(evidence, independence(elapsed, moved, b), b)
+        belief = belief.at_least(min(self.belief.odds, least))
+        doubted = not belief.sure(b)
+        begins = doubted and not self.doubtful
+        at_once = begins and not since.sure(b)
+        most = change is not None and change.most
+        carried = (at_once and most) or (begins and blind)
+        why = self.why
+        if at_once:
+            why = _CHANGED
+        elif evidence < 0.0:
+            why = refusal.reason if refusal else explanation(match.inlier_ratio, consistency)
+            why += ": the robot has left the map and goes by its own motion" if off_map else ""
+        return replace(
             self,
-            bad=bad,
-            good=good,
-            bad_for=bad_for,
-            suspect=begins or (self.suspect and not (good and cleared)),
-            violations=self.violations + 1 if violated else 0,
-            settling=settling,
-            settled=settling == 0 < self.settling,
+            belief=belief,
+            doubted_for=self.doubted_for + elapsed if doubted and self.doubtful else 0.0,
             off_map=off_map,
             why=why,
             unobservable=unobservable_axes(match, pose),
-            consistency=average,
+            consistency=_smoothed(usual, consistency, new),
+            flicker=flicker,
+            unconfirmed=self.config.agreement_distance if carried or blind else self.unconfirmed,
+            carried=carried or self.carried,
         )
-        if monitor._hopeless(match, refusal, consistency):
-            return replace(monitor, lost=True)
-        if good >= c.trusted_after:
-            return replace(monitor, lost=False)
-        return monitor
-
-    def _hopeless(
-        self, match: Match, refusal: str | None, consistency: ScanConsistency | None
-    ) -> bool:
-        """Return whether doubt has lasted long enough.
-
-        A crowd around the robot occludes the map and contradicts no pose; its sweeps may explain little and
-        agree with the prediction all the same.
-        """
-        c = self.config
-        crowded = match.inlier_ratio < c.low_inlier_ratio and consistency is not None
-        if crowded and self.consistency.free_space_violation <= c.max_free_space_violation:
-            return refusal is not None and self.bad >= c.occluded_lost_after
-        return self.bad >= c.lost_after
 
     def after_prediction(self, sigma: float) -> HealthMonitor:
         """Return the monitor after the pose has become as uncertain as this, horizontally [m]."""
-        if sigma <= self.config.lost_sigma:
-            return self
-        return replace(self, lost=True, why=f"position is known to {sigma:.1f} m only")
+        uncertain = sigma > self.config.lost_sigma
+        if not uncertain:
+            return replace(self, uncertain=False) if self.uncertain else self
+        return replace(self, uncertain=True, why=f"position is known to {sigma:.1f} m only")
 
     def status(
         self,
@@ -318,17 +269,10 @@ class HealthMonitor:
         missing = tuple(f"nothing from {name}" for name in silent)
         if self.lost:
             return Health.LOST, (self.why, *missing)
-        if self.suspect:
-            return Health.SUSPECT, (self.why, *missing)
-        if self.violations:
-            return Health.SUSPECT, (*self._remarks(), *self._ruled_out(), *missing)
+        if self.doubtful:
+            return Health.SUSPECT, (self.why, *self._ruled_out(), *missing)
         if self.to_agree > 0.0:
             return Health.SUSPECT, (self._awaited(), *missing)
-        if self.settling:
-            return Health.SUSPECT, (
-                "what is seen changed at once: was the robot carried?",
-                *missing,
-            )
         if blind:
             # Wheels that slip now mislead it by any distance, unobserved.
             return Health.SUSPECT, (f"{blind}: only the robot's own motion is known", *missing)
@@ -357,17 +301,17 @@ class HealthMonitor:
     def _remarks(self) -> tuple[str, ...]:
         """What an operator may want to know about the place, though it contradicts no pose."""
         seen = self.consistency
-        if seen.unexplained <= self.config.notable_unexplained and not self.violations:
+        if seen.unexplained <= self.config.notable_unexplained:
             return ()
         return (explanation(1.0 - seen.unexplained, seen),)
 
 
-def _smoothed(before: ScanConsistency, seen: ScanConsistency | None) -> ScanConsistency:
-    """Average with a memory of about a second at ten sweeps a second."""
+def _smoothed(before: ScanConsistency, seen: ScanConsistency | None, new: float) -> ScanConsistency:
+    """Average; the newest sweep makes up a share."""
     if seen is None:
         return before
     return ScanConsistency(
-        *(b + 0.1 * (s - b) for b, s in zip(astuple(before), astuple(seen), strict=True))
+        *(b + new * (s - b) for b, s in zip(astuple(before), astuple(seen), strict=True))
     )
 
 

@@ -6,27 +6,23 @@ used: a wrong place in it may fit well enough.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
-from enum import IntEnum
+from dataclasses import dataclass, field
 from typing import Final
 
 import numpy as np
 from scipy.spatial import cKDTree
 
-from localization.types import SECOND, Pose, Sweep
+from localization.types import Pose, Sweep
 
 
-class Change(IntEnum):
-    """How much of what is seen does not follow from what was seen; false if nothing is said of it."""
+@dataclass(frozen=True, slots=True)
+class Change:
+    """How much of what is seen does not follow from what was seen."""
 
-    NONE = 0
-    """It follows, or too little is seen."""
-    PART = 1
-    """A part does not follow: people who step in or away, or a place that looks much alike."""
-    MOST = 2
-    """Most does not follow."""
-    UNKNOWN = 3
-    """The robot drove on without a sweep for so long that nothing can be said."""
+    lacking: float
+    """Share of one of two sweeps that the other lacks, the larger of both."""
+    most: bool
+    """Whether most of the newer one was not seen before."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -36,21 +32,12 @@ class JumpDetectionConfig:
     match_distance: float = 0.3
     """A point this near to one of the last sweep's was seen before [m]."""
     min_overlap: float = 0.6
-    """A sweep of which a smaller share was seen before is a jump. Among people in the worlds 0.62 is the
-    smallest of 2400 sweeps, and 99 in 100 have over 0.9; of robots that were carried off, 92 to 97 in 100
-    have less."""
-    max_gap: int = SECOND // 2
-    """A longer time without a sweep is a jump too [ns], if the robot drove on meanwhile."""
+    """A smaller share that was seen before is not most of a sweep. Among people in the worlds 0.62 is the smallest of
+    2400 sweeps, and 99 in 100 have over 0.9; of robots that were carried off, 92 to 97 in 100 have less."""
     gap_distance: float = 0.3
-    """Distance driven by odometry that makes such a gap a jump: slip would have gone unobserved [m]."""
+    """After a robot drove so far by odometry without a sweep it may be anywhere: slip would have gone unobserved [m]."""
     points: int = 120
     """Number of points of the horizontal scanners that a sweep must have to be compared."""
-    part_overlap: float = 0.88
-    """A sweep is a change in part if a smaller share of it was seen before, or a smaller share of the last one
-    is seen again; 0 for robots whose motion is not known well enough for that. From one aisle of shelves to
-    another 0.6 to 0.83 remain; among people one sweep in 450 has less."""
-    part_turn: float = 0.15
-    """After a larger turn between two sweeps the view itself has changed in part [rad]."""
 
 
 _COMPARED: Final = 360
@@ -67,15 +54,9 @@ class JumpDetector:
     """Points (N, 2) of the last sweep in ``odom`` [m]; None before the first."""
     stamp: int = 0
     """Time of the last sweep [ns]."""
-    odom_from_base: Pose = field(default_factory=Pose.identity)
-    """Pose at the last sweep."""
-    after_gap: bool = False
-    """Whether the last sweep came after a gap."""
-    changed: bool = False
-    """Whether the last sweep does not follow from the one before."""
 
-    def compared(self, sweep: Sweep, odom_from_base: Pose) -> tuple[JumpDetector, Change]:
-        """Return the detector after a sweep, and how much of it does not follow from the last one.
+    def compared(self, sweep: Sweep, odom_from_base: Pose) -> tuple[JumpDetector, Change | None]:
+        """Return the detector after a sweep, and how much of it does not follow from the last one; None if too little is seen.
 
         Args:
             sweep: the newest one.
@@ -84,32 +65,20 @@ class JumpDetector:
         c = self.config
         flat = odom_from_base.apply(sweep.points[sweep.horizontal])[:, :2]
         if len(flat) < c.points:
-            return self, Change.NONE
-        gap = self.seen is not None and sweep.stamp - self.stamp > c.max_gap
+            return self, None
         # A tree that is asked once pays for no balance.
         tree = cKDTree(flat, balanced_tree=False, compact_nodes=False)
-        after = JumpDetector(c, tree, sweep.stamp, odom_from_base, gap)
-        change = self._change(after)
-        return (replace(after, changed=True) if change else after), change
+        after = JumpDetector(c, tree, sweep.stamp)
+        return after, self._change(after)
 
-    def _change(self, after: JumpDetector) -> Change:
+    def _change(self, after: JumpDetector) -> Change | None:
         """Return how much of the next sweep does not follow from this one."""
         c = self.config
         if self.seen is None or after.seen is None:
-            return Change.NONE
-        step = self.odom_from_base.inverse() @ after.odom_from_base
-        distance = float(np.hypot(*step.position[:2]))
-        if after.after_gap and distance > c.gap_distance:
-            return Change.UNKNOWN
+            return None
         old = _overlap(after.seen, self.seen, c.match_distance)
-        if old < c.min_overlap:
-            return Change.MOST
-        slow = distance <= c.match_distance and abs(step.yaw) <= c.part_turn
-        if after.after_gap or not slow or not c.part_overlap:
-            return Change.NONE
-        if old >= c.part_overlap:
-            old = _overlap(self.seen, after.seen, c.match_distance)
-        return Change.PART if old < c.part_overlap else Change.NONE
+        again = _overlap(self.seen, after.seen, c.match_distance)
+        return Change(1.0 - min(old, again), old < c.min_overlap)
 
 
 def _overlap(points: cKDTree, others: cKDTree, near: float) -> float:

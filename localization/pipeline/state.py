@@ -8,6 +8,7 @@ from typing import NamedTuple
 
 from localization.config import LocalizerConfig
 from localization.filter.ekf import FilterState, initial_state
+from localization.monitoring.belief import Belief
 from localization.monitoring.health import HealthMonitor
 from localization.monitoring.jump_detection import JumpDetector
 from localization.monitoring.silence_detection import ListeningTime, SourceTimes
@@ -102,7 +103,7 @@ class State(NamedTuple):
             track=OdometryTrack(max(2 * SECOND, config.late_readings.horizon)),
             scans=ScanSynchronizer(len(mounts), config.scanner_patience),
             slip=SlipDetector(config),
-            health=HealthMonitor(config.health),
+            health=HealthMonitor(config.health, config.belief, Belief.of_found(config.belief)),
             jump=JumpDetector(config.jump_detection),
             kiss=KissState(),
             search=RelocalizerState(),

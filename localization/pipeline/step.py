@@ -23,7 +23,7 @@ from localization.filter.pose_error import difference
 from localization.filter.prediction import predict
 from localization.filter.updates import update_standstill, update_wheel_yaw
 from localization.monitoring.health import HealthMonitor, horizontal_sigma
-from localization.monitoring.jump_detection import Change, JumpDetector
+from localization.monitoring.jump_detection import JumpDetector
 from localization.monitoring.silence_detection import SourceTimes, is_silence, with_reading
 from localization.motion.deskew import deskew
 from localization.motion.motion_model import Increment
@@ -108,9 +108,9 @@ def step(state: State, item: Input, r: Resources) -> tuple[State, Events]:
     state = _predicted(state, increment, r)
     state, record, events = _next_sweep(state, r)
     if record is not None:
-        blind, before = _drove_blind(state, record, r), state.jump
+        blind, before = _drove_blind(state, record, r), state
         state, registration = corrected_by_sweep(state, record, r)
-        state = _checked_for_jump(state, record, registration, r, blind=blind)
+        state = _judged(before, state, record, registration, r, blind=blind)
         if not record.reported:
             record.reported, event = True, _processed(state, record, registration, r.config)
             events += (event,)
@@ -244,7 +244,8 @@ def _drove_blind(state: State, record: SweepRecord, r: Resources) -> bool:
     return far and is_silence(gap, usual, silence)
 
 
-def _checked_for_jump(
+def _judged(
+    before: State,
     state: State,
     record: SweepRecord,
     registration: Registration,
@@ -252,32 +253,42 @@ def _checked_for_jump(
     *,
     blind: bool,
 ) -> State:
-    """Compare the sweep with the last one, and request a search of the map if the pose needs a check.
+    """Return the state with what the sweep says of the pose, and a search of the map requested if it needs a check.
 
-    After a robot drove blind its own motion rules out no place, and that a sweep fits confirms little.
+    Args:
+        before: without the sweep.
+        state: corrected by it.
+        record: of the sweep.
+        registration: of it.
+        r: settings.
+        blind: whether the robot drove without a sweep before: then its own motion rules out no place, and that the
+            sweep fits confirms little.
     """
     # Wheels without a gyro turn too roughly to say where a surface was seen before; the filter has been
     # corrected by the scanner.
     pose = state.filter.pose if r.config.sensors.displaced else state.odom_from_base
     jump, change = state.jump.compared(record.sweep, pose)
-    health, search = state.health, state.search
-    confirmed = jump.after_gap and _confirmed(registration, health, r.config)
-    if change and (blind or not confirmed):
-        health = health.after_jump(registration.consistency, change)
-    carried = health is not state.health
-    health = health.unwitnessed() if blind else health
-    if state.placed and (carried or health.needs_check):
+    health, search, match = state.health, state.search, registration.match
+    if match is not None:
+        last = before.last
+        elapsed = (record.sweep.stamp - last.stamp) / SECOND
+        moved = state.odom_from_base.position - last.odom_from_base.position
+        driven = float(np.hypot(*moved[:2]))
+        health = health.after_sweep(
+            match, state.filter.pose, registration.refusal, elapsed, driven,
+            registration.consistency, change, blind,
+        )  # fmt: skip
+        if not search.checking:
+            health = health.after_distance(driven)
+    if state.placed and (_newly_carried(before, health) or health.needs_check):
         search = search.with_doubt()
-    elif change is Change.MOST and not r.config.sensors.displaced:
+    elif change is not None and change.most and not r.config.sensors.displaced:
         search = search.carried_off()
     return state._replace(jump=jump, health=health, search=search)
 
 
-def _confirmed(registration: Registration, health: HealthMonitor, config: LocalizerConfig) -> bool:
-    """Return whether a sweep fits the map where the robot's motion led."""
-    match = registration.match
-    fits = match is not None and match.inlier_ratio >= config.slip_min_inlier_ratio
-    return fits and not health.doubtful
+def _newly_carried(before: State, health: HealthMonitor) -> bool:
+    return health.carried and not before.health.carried
 
 
 def _processed(
@@ -334,7 +345,7 @@ def _possible(state: State, placement: Placement, config: LocalizerConfig) -> bo
     return float(off @ np.linalg.solve(spread[np.ix_(axes, axes)], off)) <= _ELSEWHERE
 
 
-def _from_two_places(state: State, before: JumpDetector, record: SweepRecord) -> bool:
+def _from_two_places(state: State, before: State, record: SweepRecord) -> bool:
     """Return whether the robot may have been carried, or was placed by hand, while the sweep was made.
 
     Its first beams are of where the robot was, and a search that begins with it would find that place. The next
@@ -342,15 +353,14 @@ def _from_two_places(state: State, before: JumpDetector, record: SweepRecord) ->
 
     Args:
         state: with the sweep.
-        before: the jump detector without it.
+        before: without it.
         record: the sweep.
     """
     began, ended = min(scan.stamp for scan in record.scans), record.sweep.stamp
     waiting = state.search.search.waiting
     if waiting is not None and began < waiting[0].stamp <= state.stamp:
         return True
-    first_change = state.jump.changed and not before.changed
-    return first_change and ended - began >= began - before.stamp
+    return _newly_carried(before, state.health) and ended - began >= began - before.jump.stamp
 
 
 def _with_search_begun(state: State, record: SweepRecord, r: Resources) -> State:
@@ -409,7 +419,7 @@ def _placed(
         state.health,
         state.odom_from_base,
     )
-    health = HealthMonitor.placed(r.config.health, placement.explained)
+    health = HealthMonitor.placed(r.config.health, r.config.belief, placement.explained)
     if believed:
         step = placement.map_from_base.position - state.filter.pose.position
         jumped, full = float(np.hypot(*step[:2])), placement.explained == 1.0

@@ -32,6 +32,7 @@ from localization.filter.updates import (
 from localization.matching.matchers import MatchSweep
 from localization.matching.registration import share_explained
 from localization.matching.scan_consistency import explanation
+from localization.monitoring.health import Refusal, unobservable_axes
 from localization.monitoring.slip_detection import SlipDetector
 from localization.motion.kiss_odometry import ObservedMotion, strayed
 from localization.pipeline.registration_cache import SweepRecord
@@ -46,8 +47,6 @@ _LIFTED = 0.15
 the ground's cells on a slope."""
 _LIFTED_AT_ONCE = 0.05
 """By so much at once [m]: up a ramp that the map does not show a robot climbs by millimetres from sweep to sweep."""
-_UNEXPLAINED = "the map does not explain the sweep"
-"""Why a sweep is rejected that fits nowhere near; replaced by what exactly is unexplained."""
 _SAMPLING = 0.02
 """The share of a sweep that the map explains differs by this much between poses that are equally good."""
 _HARMLESS = 0.05
@@ -73,6 +72,8 @@ class Registration:
     """Its normalised innovation squared."""
     consistency: ScanConsistency | None = None
     """Agreement of the sweep with the map."""
+    refusal: Refusal | None = None
+    """Why it was rejected, if it was."""
 
 
 def corrected_by_sweep(
@@ -193,18 +194,15 @@ def _matched(
     with r.stage("scan consistency"):
         if record.consistency is None:
             record.consistency = r.beams.classify(record.sweep, filter_.pose, match.distances)
-    if refusal is _UNEXPLAINED:
-        refusal = explanation(match.inlier_ratio, record.consistency)
-    health = state.health.after_sweep(match, filter_.pose, refusal, elapsed, record.consistency)
-    if refusal is None and "forward" not in health.unobservable:
+    if refusal is None and "forward" not in unobservable_axes(match, filter_.pose):
         way = state.last.map_from_base.inverse() @ filter_.pose
         sigma = _sigma_along(filter_)
         slip = slip.shown_by_map(float(way.position[0]), max(elapsed, 1e-3), sigma, now)
-    moved = state.odom_from_base.position - state.last.odom_from_base.position
-    if not state.search.checking:
-        health = health.after_distance(float(np.hypot(*moved[:2])))
-    state = state._replace(slip=slip, filter=filter_, health=health)
-    return state, Registration(match, nis, record.consistency)
+    elif refusal is not None and not refusal.elsewhere:
+        reason = explanation(match.inlier_ratio, record.consistency)
+        refusal = replace(refusal, reason=reason)
+    state = state._replace(slip=slip, filter=filter_)
+    return state, Registration(match, nis, record.consistency, refusal)
 
 
 def _share(state: State, elapsed: float, config: LocalizerConfig) -> float:
@@ -254,18 +252,18 @@ def _registered_by_witnesses(
 
 
 def _least_elsewhere(
-    match: Match, refusal: str | None, state: State, config: LocalizerConfig
+    match: Match, refusal: Refusal | None, state: State, config: LocalizerConfig
 ) -> float | None:
     """Return the share of a sweep that must fit from a wider prior for that to be believed; None to try none.
 
     Wheels that no gyro accompanies may be wrong by any amount: a sweep that fits badly is tried again, and must
-    fit better. With a gyro only sweeps that are rejected though they fit well are, and only if a few of them
-    follow one another: of a robot that was carried off, a sweep may fit near its old place by chance.
+    fit better. With a gyro only sweeps that are rejected though they fit well are, and only once they have made
+    the pose doubtful: of a robot that was carried off, a sweep may fit near its old place by chance.
     """
     fits = match.inlier_ratio >= config.slip_min_inlier_ratio
     if refusal is not None and fits:
-        patience = 0 if config.sensors.displaced else state.health.config.suspect_after
-        return match.inlier_ratio - _NEARLY if state.health.bad >= patience else None
+        tried = config.sensors.displaced or state.health.doubtful
+        return match.inlier_ratio - _NEARLY if tried else None
     if config.sensors.displaced and match.inlier_ratio < config.retry_below:
         return match.inlier_ratio + config.retry_gain
     return None
@@ -383,18 +381,19 @@ def _registered(
     return match, match_nis(filter_, r.config.ekf, match) if constrained else 0.0
 
 
-def _refusal(match: Match, nis: float, predicted: Pose, r: Resources) -> str | None:
+def _refusal(match: Match, nis: float, predicted: Pose, r: Resources) -> Refusal | None:
     """Return why a match is rejected; None if it is believed."""
     k = len(match.observable_directions)
     if k == 0 or match.inlier_ratio < r.config.min_inlier_ratio:
-        return _UNEXPLAINED
+        return Refusal("the map does not explain the sweep", elsewhere=False)
+    where = "the sweep fits the map where the robot cannot be"
     if nis > _GATE[k - 1]:
-        return f"the sweep fits the map where the robot cannot be (NIS {nis:.0f} of {_GATE[k - 1]:.0f})"
+        return Refusal(f"{where} (NIS {nis:.0f} of {_GATE[k - 1]:.0f})", elsewhere=True)
     # Of people around the robot a level scanner sees legs, which all fit the floor from far enough below it.
     height, before = (_above_ground(pose, r) for pose in (match.map_from_base, predicted))
     if abs(height) > _LIFTED >= abs(before) and abs(height - before) > _LIFTED_AT_ONCE:
         side = "above" if height > 0.0 else "below"
-        return f"the sweep fits the map where the robot cannot be ({abs(height):.2f} m {side} the ground)"
+        return Refusal(f"{where} ({abs(height):.2f} m {side} the ground)", elsewhere=True)
     return None
 
 

@@ -47,9 +47,9 @@ SITUATION_OF = {
     "ekf.wheel_yaw_gate": "odometry and gyro",
     "ekf.odometry": "odometry",
     "fixed_covariance": "kiss",
+    "belief": "carried",
+    "belief.rate": "standing",
     "health": "carried",
-    "health.low_inlier_ratio": "tracked",
-    "health.max_free_space_violation": "standing",
     "health.notable_unexplained": "changed room",
     "hypotheses": "searched",
     "hypotheses.turn": "ambiguous",
@@ -86,18 +86,9 @@ RARE: frozenset[str] = frozenset(
         "extrinsics_monitor.stretches",
         "extrinsics_monitor.turn",
         "health.agreement_distance",
-        "health.clear_inlier_ratio",
-        "health.jump_growth",
-        "health.jump_inconsistency",
-        "health.jump_occlusion",
-        "health.jump_violation",
+        "health.check_after",
         "health.lost_sigma",
-        "health.occluded_lost_after",
-        "health.occluded_suspect_after",
-        "health.recheck_period",
-        "health.settling",
         "health.silence",
-        "health.trusted_after",
         "hypotheses.drop_margin",
         "hypotheses.looks",
         "hypotheses.max_distance",
@@ -105,10 +96,7 @@ RARE: frozenset[str] = frozenset(
         "hypotheses.standing_factor",
         "hypotheses.sure_share",
         "jump_detection.gap_distance",
-        "jump_detection.max_gap",
         "jump_detection.min_overlap",
-        "jump_detection.part_overlap",
-        "jump_detection.part_turn",
         "jump_detection.points",
         "kiss_odometry",
         "late_readings.horizon",
@@ -166,7 +154,7 @@ def others(value: Any) -> Iterator[Any]:
                 0.05 * finite,
             )
         case tuple():
-            yield tuple(next(others(each)) for each in value)
+            yield from zip(*map(others, value), strict=False)
 
 
 def value_of(config: Any, name: str) -> Any:

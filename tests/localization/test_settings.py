@@ -103,10 +103,10 @@ def test_file_holds_tables_and_dotted_names(tmp_path: Path) -> None:
     path = tmp_path / "settings.toml"
     path.write_text(
         'matcher = "none"\nslip_sigma = [0.2, 0.1, 0.02, 0.01]\nregistration.normal_noise = 0.15\n'
-        "[health]\nlost_after = 20\n"
+        "[health]\ncheck_after = 2.5\n"
     )
     config = with_settings(LocalizerConfig(), read_settings(path))
-    assert (config.registration.normal_noise, config.health.lost_after) == (0.15, 20)
+    assert (config.registration.normal_noise, config.health.check_after) == (0.15, 2.5)
     assert config.slip_sigma == (0.2, 0.1, 0.02, 0.01)
 
 

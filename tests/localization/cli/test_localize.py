@@ -153,18 +153,18 @@ def test_settings_of_file_and_command_line_are_used_and_kept(
     folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     kept, out = tmp_path / "mine.toml", tmp_path / "out"
-    kept.write_text("registration.normal_noise = 0.2\n[health]\nlost_after = 20\n")
+    kept.write_text("registration.normal_noise = 0.2\n[health]\ncheck_after = 2.5\n")
     options = ["--settings", str(kept), "--set", "registration.normal_noise=0.15"]
     options += ["--set", "matcher=none", "--no-recording", "--no-report"]
     assert main(words(folder, out, *options)) in (0, 1)
     capsys.readouterr()
     config = json.loads((out / "config.json").read_text())
     assert config["localizer"]["registration"]["normal_noise"] == 0.15
-    assert config["localizer"]["health"]["lost_after"] == 20
+    assert config["localizer"]["health"]["check_after"] == 2.5
     assert config["localizer"]["matcher"] == "none"
     assert config["changed"] == {
         "registration.normal_noise": "0.15",
-        "health.lost_after": 20,
+        "health.check_after": 2.5,
         "matcher": "none",
     }
     again = tmp_path / "again"

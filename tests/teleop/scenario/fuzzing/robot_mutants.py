@@ -322,10 +322,10 @@ def first_place_believed() -> None:
 @around(JumpDetector, "compared")
 def jumps_unnoticed(
     original: Any, self: JumpDetector, sweep: Sweep, odom_from_base: Pose
-) -> tuple[JumpDetector, Change]:
+) -> tuple[JumpDetector, Change | None]:
     """That what is seen changes at once, all or a part of it, is not noticed."""
-    detector, change = original(self, sweep, odom_from_base)
-    return detector, change if change is Change.UNKNOWN else Change.NONE
+    detector, _ = original(self, sweep, odom_from_base)
+    return detector, None
 
 
 @mutant

@@ -1,0 +1,162 @@
+"""Belief: how probable it is that the pose is right, given what the sweeps say; one number instead of counters.
+
+There are two hypotheses. A right pose may become wrong at any time, at a small rate, and a wrong one right. That it
+just did, as if the robot had been carried, is the more probable the less of a sweep follows from the one before. Each
+sweep multiplies the odds by how much more often its beams fall as they did where the pose is right than where it is
+wrong: on the map, before it, through it, or where nothing is mapped. Sweeps from one place, or soon after each other,
+share their errors, and count as fewer.
+
+The weights are those of two logistic regressions (``benchmarks/localization/belief.py``).
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+from localization.types import ScanConsistency
+
+_TRACED = 0.01
+"""Added to the share of beams through mapped surfaces before its logarithm: less cannot be told from none."""
+_FLICKER = 0.02
+"""Share of a sweep that another lacks at edges alone."""
+_CHANGED = 0.1
+"""A view has clearly changed if so much more is lacking than at edges and twice the usual share."""
+_GROWN = 0.02
+"""More of a sweep clearly passes through the map if its share grew by this, which among people it hardly does at once."""
+_STIRRED = 0.05
+"""Growth of that share by each beam more that is hidden: people who cause the one cause a little of the other."""
+_HIDDEN = 0.5
+"""A beam that ends before a mapped surface says nothing: it counts as half explained."""
+
+
+@dataclass(frozen=True, slots=True)
+class BeliefConfig:
+    """What changes the odds that the pose is right; evidence is a natural logarithm of odds."""
+
+    sweep: tuple[float, float, float] = (14.3, 11.0, 2.2)
+    """Evidence of one sweep: against the pose at all, for it by the share that the map explains, and against it by the
+    logarithm of the share that passes through mapped surfaces."""
+    change: tuple[float, float, float, float] = (9.1, 11.1, 3.9, 6.2)
+    """Evidence between two sweeps: against that the robot was carried at all, and for it by the share of one that the other
+    lacks, by whether that is unusual, and by whether the share that passes through the map grew with it."""
+    rate: float = 0.001
+    """How often a pose becomes wrong by itself [1/s]: once in a quarter of an hour, which is a pessimist's."""
+    carried: float = 0.01
+    """How often the robot is carried off [1/s], before it is known whether the view changed."""
+    independent: tuple[float, float] = (0.3, 0.2)
+    """Sweeps count in full that are this long or this far apart [s, m]."""
+    most: float = 6.0
+    """How many nats one sweep says at most: something that nobody thought of may have caused it."""
+    sure: float = 0.99
+    """A pose is believed if so large a share of all poses with such evidence is right, and lost if as large a share is wrong."""
+    mostly: float = 0.5
+    """A pose that explains a larger share of a sweep is not lost by that sweep, nor is one of a robot that has left the
+    map, where a larger share ends where nothing is mapped: such a pose is suspect, and others are searched for."""
+
+
+@dataclass(frozen=True, slots=True)
+class Belief:
+    """The odds that the pose is right; a value."""
+
+    odds: float
+    """Their natural logarithm."""
+
+    @classmethod
+    def of_found(cls, config: BeliefConfig) -> Belief:
+        """Return the belief in a pose that was just found: as much as it takes to be sure."""
+        return cls(_logit(config.sure))
+
+    def sure(self, config: BeliefConfig) -> bool:
+        """Return whether the pose is believed."""
+        return self.odds >= _logit(config.sure)
+
+    def lost(self, config: BeliefConfig) -> bool:
+        """Return whether the pose must not be relied on."""
+        return self.odds <= -_logit(config.sure)
+
+    def after_time(self, seconds: float, unmoved: float, config: BeliefConfig) -> Belief:
+        """Return the belief after some time.
+
+        Args:
+            seconds: that passed.
+            unmoved: evidence that the robot was not carried meanwhile; infinite if none is known.
+            config: the rate.
+        """
+        right, wrong = _probability(self.odds), _probability(-self.odds)
+        chance = config.rate * max(seconds, 0.0)
+        moved = chance + config.carried * max(seconds, 0.0) * math.exp(-unmoved)
+        leaves, comes = moved / (1.0 + moved), chance / (1.0 + chance)
+        right, wrong = (
+            right * (1.0 - leaves) + wrong * comes,
+            wrong * (1.0 - comes) + right * leaves,
+        )
+        return Belief(math.log(right) - math.log(wrong))
+
+    def after_sweep(self, evidence: float, weight: float, config: BeliefConfig) -> Belief:
+        """Return the belief after a sweep.
+
+        Args:
+            evidence: of it.
+            weight: share of it that is not known from the sweeps before.
+            config: how much one sweep may say.
+        """
+        return Belief(self.odds + weight * min(max(evidence, -config.most), config.most))
+
+    def at_least(self, odds: float) -> Belief:
+        """Return the belief, but not below some odds."""
+        return Belief(max(self.odds, odds))
+
+
+def agreement(seen: ScanConsistency) -> tuple[float, float]:
+    """Return what counts of a sweep: the share that the map explains, and the logarithm of what passes through it."""
+    share = 1.0 - seen.unexplained + _HIDDEN * seen.occluded
+    return share, math.log(seen.free_space_violation + _TRACED)
+
+
+def break_in_view(
+    lacking: float, flicker: float, seen: ScanConsistency | None, usual: ScanConsistency
+) -> tuple[float, float, float]:
+    """Return what counts of a change: the share that lacks, whether that is unusual, and whether the map contradicts it.
+
+    The last two are in [0, 1], 0 for no and 1 for clearly.
+
+    Args:
+        lacking: share of one of two sweeps that the other lacks.
+        flicker: what usually is.
+        seen: agreement of the newer one with the map, if it was compared.
+        usual: that of the sweeps before.
+    """
+    changed = min(1.0, max(0.0, lacking - 2.0 * flicker - _FLICKER) / _CHANGED)
+    if seen is None:
+        return lacking, changed, 0.0
+    hidden = max(0.0, seen.occluded - usual.occluded)
+    grown = seen.free_space_violation - usual.free_space_violation - _STIRRED * hidden
+    return lacking, changed, changed * min(1.0, max(0.0, grown) / _GROWN)
+
+
+def evidence_of(seen: ScanConsistency, config: BeliefConfig) -> float:
+    """Return the evidence of a sweep for the pose that it was compared with the map at."""
+    at_all, explained, through = config.sweep
+    share, passing = agreement(seen)
+    return explained * share - through * passing - at_all
+
+
+def evidence_unmoved(broken: tuple[float, float, float], config: BeliefConfig) -> float:
+    """Return the evidence that the robot was not carried since the last sweep, given a ``break_in_view``."""
+    at_all, *against = config.change
+    return at_all - sum(weight * share for weight, share in zip(against, broken, strict=True))
+
+
+def independence(seconds: float, metres: float, config: BeliefConfig) -> float:
+    """Return the share of a sweep's evidence that is new, so long and so far after the last one."""
+    time, distance = config.independent
+    return min(1.0, seconds / time + metres / distance)
+
+
+def _logit(probability: float) -> float:
+    return math.log(probability) - math.log1p(-probability)
+
+
+def _probability(odds: float) -> float:
+    return 1.0 / (1.0 + math.exp(-odds))

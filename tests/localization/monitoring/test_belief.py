@@ -1,0 +1,105 @@
+from __future__ import annotations
+
+import math
+
+import pytest
+from hypothesis import given, strategies as st
+
+from localization.monitoring.belief import (
+    Belief,
+    BeliefConfig,
+    break_in_view,
+    evidence_of,
+    evidence_unmoved,
+    independence,
+)
+from localization.types import ScanConsistency
+
+C = BeliefConfig()
+ODDS = st.floats(-30.0, 30.0)
+SHARES = st.floats(0.0, 1.0)
+
+
+def probability(belief: Belief) -> float:
+    return 1.0 / (1.0 + math.exp(-belief.odds))
+
+
+def seen(occluded: float = 0.0, through: float = 0.0, unmapped: float = 0.0) -> ScanConsistency:
+    return ScanConsistency(occluded + through + unmapped, occluded, through, unmapped)
+
+
+def test_pose_that_was_just_found_is_believed_and_hardly_more() -> None:
+    found = Belief.of_found(C)
+    assert probability(found) == pytest.approx(C.sure)
+    assert found.sure(C)
+    assert not Belief(found.odds - 0.01).sure(C)
+    assert not found.lost(C)
+    assert Belief(-found.odds).lost(C)
+
+
+@given(odds=ODDS, seconds=st.floats(0.0, 100.0))
+def test_time_moves_the_belief_towards_even_odds_by_the_rate(odds: float, seconds: float) -> None:
+    before, after = Belief(odds), Belief(odds).after_time(seconds, math.inf, C)
+    assert abs(after.odds) <= abs(odds) + 1e-9
+    if odds > 5.0:
+        lost = probability(before) - probability(after)
+        assert lost == pytest.approx(C.rate * seconds / (1.0 + C.rate * seconds), rel=0.05)
+
+
+@given(odds=ODDS, unmoved=st.floats(-30.0, 30.0))
+def test_evidence_of_being_carried_lowers_the_belief(odds: float, unmoved: float) -> None:
+    after = Belief(odds).after_time(0.1, unmoved, C)
+    assert after.odds <= Belief(odds).after_time(0.1, math.inf, C).odds + 1e-9
+    assert after.odds <= Belief(odds).after_time(0.1, unmoved + 1.0, C).odds + 1e-9
+
+
+@given(odds=ODDS, evidence=st.floats(-100.0, 100.0), weight=SHARES)
+def test_sweep_multiplies_the_odds_by_its_evidence_which_is_bounded(
+    odds: float, evidence: float, weight: float
+) -> None:
+    after = Belief(odds).after_sweep(evidence, weight, C)
+    said = max(-C.most, min(C.most, evidence))
+    assert after.odds == pytest.approx(odds + weight * said)
+
+
+@given(occluded=st.floats(0.0, 0.5), through=st.floats(0.0, 0.4))
+def test_beam_through_a_wall_speaks_against_the_pose_and_a_hidden_one_does_not(
+    occluded: float, through: float
+) -> None:
+    assert (
+        evidence_of(seen(through=through), C) >= evidence_of(seen(through=through + 0.1), C) + 1.0
+    )
+    hidden = evidence_of(seen(occluded + 0.1, through), C) - evidence_of(seen(occluded, through), C)
+    assert -0.6 < hidden < 0.0
+
+
+def unmoved(lacking: float, through: float, flicker: float = 0.01) -> float:
+    broken = break_in_view(lacking, flicker, seen(through=through), seen(through=0.01))
+    return evidence_unmoved(broken, C)
+
+
+def test_change_is_the_more_suspicious_the_more_is_lacking_and_passes_through_the_map() -> None:
+    assert unmoved(0.0, 0.01) > unmoved(0.4, 0.01) > 0.0 > unmoved(0.7, 0.01)
+    assert unmoved(0.5, 0.1) < unmoved(0.5, 0.01) - 3.0
+    assert unmoved(0.5, 0.0) == unmoved(0.5, 0.01)
+    assert break_in_view(0.5, 0.01, None, seen()) == (0.5, 1.0, 0.0)
+
+
+def test_what_passes_through_the_map_counts_only_where_more_is_lacking_than_usual() -> None:
+    assert unmoved(0.02, 0.1) == unmoved(0.02, 0.01)
+    assert unmoved(0.2, 0.1) < unmoved(0.2, 0.01) - 3.0
+    assert unmoved(0.2, 0.1, flicker=0.1) == unmoved(0.2, 0.01, flicker=0.1)
+
+
+def test_people_who_hide_beams_also_send_a_few_through_the_map() -> None:
+    usual = seen(through=0.01)
+    _, _, plain = break_in_view(0.3, 0.0, seen(through=0.025), usual)
+    _, _, hidden = break_in_view(0.3, 0.0, seen(occluded=0.3, through=0.025), usual)
+    assert plain > 0.5 > hidden
+
+
+def test_sweeps_soon_after_each_other_from_one_place_count_as_fewer() -> None:
+    assert independence(0.0, 0.0, C) == 0.0
+    assert independence(0.1, 0.0, C) == pytest.approx(4.0 * independence(0.025, 0.0, C))
+    assert independence(0.1, 0.1, C) > independence(0.1, 0.0, C)
+    assert independence(5.0, 5.0, C) == 1.0
