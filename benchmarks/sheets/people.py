@@ -8,10 +8,9 @@ from dataclasses import replace
 from benchmarks.common.figures import Figure, digits
 from benchmarks.common.sheet import Sheet
 from benchmarks.localization.alarms import by_the_hour
-from localization.config import LocalizerConfig
 
 _HEADS = (
-    "believed from",
+    "a pose is believed from",
     "hours (drives)",
     "false alarms of being lost per h, goal ≤ 0.1",
     "false doubts per h, goal ≤ 10",
@@ -23,11 +22,10 @@ _HEADS = (
 
 def people(sheet: Sheet) -> str:
     """Return the table: a row for each patience, the shipped one first."""
-    usual = LocalizerConfig().belief.sure
     hours = [f for name, part in sheet.parts.items() if name.startswith("hours-") for f in part]
     shipped = [*hours, *sheet.parts.get("carried", ())]
     lines = [f"| {' | '.join(_HEADS)} |", "|" + "---|" * len(_HEADS)]
-    lines += _row(f"{usual:.1%} (default)", shipped)
+    lines += _row("as shipped", shipped)
     for name in sorted(sheet.parts):
         if name.startswith("sure-"):
             lines += _row(f"{float(name.removeprefix('sure-')):.1%}", sheet.parts[name])

@@ -6,7 +6,8 @@ sweep multiplies the odds by how much more often its beams fall as they did wher
 wrong: on the map, before it, through it, or where nothing is mapped. Sweeps from one place, or soon after each other,
 share their errors, and count as fewer.
 
-The weights are those of two logistic regressions (``benchmarks/localization/belief.py``).
+The weights are rounded from two logistic regressions of such sweeps; ``benchmarks/localization/belief.py`` fits them
+to halves of its drives, and judges those below on both.
 """
 
 from __future__ import annotations

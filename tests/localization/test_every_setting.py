@@ -78,6 +78,7 @@ SITUATION_OF = {
 """Where a setting shows, by its name or the beginning of it; the longest name counts."""
 RARE: frozenset[str] = frozenset(
     {
+        "belief.carried",
         "dead_reckoning.rest_noise",
         "extrinsics_monitor.min_offset",
         "extrinsics_monitor.remembered",
