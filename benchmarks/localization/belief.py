@@ -92,19 +92,19 @@ class Sample:
 
 
 def _samples(
-    localizer: Localizer, told: Iterable[tuple[Estimate, Pose]], *, carried: bool, run: int
+    localizer: Localizer, estimates: Iterable[tuple[Estimate, Pose]], *, carried: bool, run: int
 ) -> Iterator[Sample]:
     """Yield what the sweeps say; with each estimate comes the true pose.
 
     Args:
         localizer: that makes the estimates.
-        told: the estimates.
+        estimates: with the true poses.
         carried: whether the robot was carried off before the first of them.
         run: number of the robot.
     """
     displaced, fresh = localizer.config.sensors.displaced, carried
     before = localizer._state  # what a sweep is compared with is no output
-    for estimate, truth in told:
+    for estimate, truth in estimates:
         jump, health = before.jump, before.health
         before = localizer._state
         pose = estimate.map_from_base
@@ -162,11 +162,11 @@ def real_log(folder: Path, name: str, seed: int) -> Iterator[Sample]:
             readings[i].stamp: place_at(drive, n) for i, n in zip(places, numbers, strict=False)
         }
         for part, carried in zip(parts, (False, True), strict=True):
-            told = _told(localizer, readings[part], truth)
-            yield from _samples(localizer, told, carried=carried, run=run)
+            estimates = _corrected(localizer, readings[part], truth)
+            yield from _samples(localizer, estimates, carried=carried, run=run)
 
 
-def _told(
+def _corrected(
     localizer: Localizer, readings: Sequence[Reading], truth: Mapping[int, Pose]
 ) -> Iterator[tuple[Estimate, Pose]]:
     """Feed readings and yield the estimates that a scan corrected, with the true pose at its stamp."""

@@ -18,7 +18,7 @@ from dataclasses import dataclass
 from localization.types import ScanConsistency
 
 _TRACED = 0.01
-"""Added to the share of beams through mapped surfaces before its logarithm: less cannot be told from none."""
+"""Added to the share of beams through mapped surfaces before its logarithm: less is not distinguished from none."""
 _FLICKER = 0.02
 """Share of a sweep that another lacks at edges alone."""
 _CHANGED = 0.1
