@@ -205,15 +205,18 @@ def grip(
 async def drives(page: Page, hold: Callable[[bool], Awaitable[object]]) -> None:
     """Hold what drives until the page says that it does, letting go and pressing again where it asks for that."""
     status = page.locator(".driving-status")
-    async with asyncio.timeout(PATIENCE):
-        while True:
-            await hold(True)
-            for _ in range(20):
-                await asyncio.sleep(0.1)
-                if "You drive" in await status.inner_text():
-                    return
-            await hold(False)
-            await asyncio.sleep(2 * FRAME)
+    try:
+        async with asyncio.timeout(PATIENCE):
+            while True:
+                await hold(True)
+                for _ in range(20):
+                    await asyncio.sleep(0.1)
+                    if "You drive" in await status.inner_text():
+                        return
+                await hold(False)
+                await asyncio.sleep(2 * FRAME)
+    except TimeoutError:
+        pytest.fail(f"waited in vain to drive; the page says:\n{await status.inner_text()}")
 
 
 async def tap(page: Page, hand: str, button: str) -> None:
