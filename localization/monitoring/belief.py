@@ -86,8 +86,10 @@ class Belief:
         """
         right, wrong = _probability(self.odds), _probability(-self.odds)
         chance = config.rate * max(seconds, 0.0)
-        moved = chance + config.carried * max(seconds, 0.0) * math.exp(-unmoved)
-        leaves, comes = moved / (1.0 + moved), chance / (1.0 + chance)
+        moved = config.carried * max(seconds, 0.0) * math.exp(-unmoved)
+        # After any time without a sweep the odds are even, not reversed.
+        comes = chance / (1.0 + 2.0 * chance)
+        leaves = comes + (1.0 - comes) * moved / (1.0 + moved)
         right, wrong = (
             right * (1.0 - leaves) + wrong * comes,
             wrong * (1.0 - comes) + right * leaves,
