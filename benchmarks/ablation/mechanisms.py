@@ -88,14 +88,8 @@ MECHANISMS: Mapping[str, Change] = {
     "lasting doubt before a check": without("health", check_after=0.0),
     "agreement over a way": without("health", agreement_distance=0.0),
     "largest sigma": without("health", lost_sigma=math.inf),
-    "disambiguation while driving": without("hypotheses", min_sweeps=1, min_distance=0.0),
-    "places far worse": without("hypotheses", drop_margin=2.0),
-    "least share of a place": without("hypotheses", min_share=0.0),
-    "advantage of what stands": without("hypotheses", standing_factor=1.0),
-    "sure share": without("hypotheses", sure_share=0.0),
-    "end of comparing": without("hypotheses", looks=_NEVER, max_distance=math.inf),
+    "end of comparing": without("hypotheses", max_distance=math.inf),
     "neighbours along a corridor": without("search", compared=0),
-    "decisive ratio": without("search", decisive_ratio=math.inf),
     "waiting between searches": without(
         "search_schedule", distance=0.0, period=0, check_distance=0.0, check_period=0
     ),

@@ -27,13 +27,7 @@ DECIDING = (
     "poses that mostly fit",
     "lasting doubt before a check",
     "agreement over a way",
-    "disambiguation while driving",
-    "places far worse",
-    "least share of a place",
-    "advantage of what stands",
-    "sure share",
     "end of comparing",
-    "decisive ratio",
     "waiting between searches",
     "work bound",
 )

@@ -227,10 +227,10 @@ class Data:
 
 
 KINDS = {"agreement": "sweeps", "change": "changes between sweeps"}
-SIGNS = {"agreement": (-1.0, 1.0, -1.0), "change": (1.0, -1.0, -1.0, -1.0)}
+SIGNS = {"agreement": (-1.0, -1.0, -1.0), "change": (1.0, -1.0, -1.0, -1.0)}
 """Signs of the settings' weights in the sums."""
 NAMES = {
-    "agreement": ("at all", "share explained", "log of the share passing through"),
+    "agreement": ("at all", "log of the share unexplained", "log of the share passing through"),
     "change": ("at all", "share lacking", "unusual share lacking", "more passing through"),
 }
 

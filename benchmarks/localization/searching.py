@@ -19,6 +19,7 @@ from localization.relocalization.hint_search import TICK, HintSearch, SearchStat
 from localization.relocalization.hypotheses import Hypotheses, HypothesesConfig
 from localization.relocalization.search_config import SearchConfig
 from localization.relocalization.search_work import SearchWork
+from localization.relocalization.verification import Weighing
 from localization.types import SECOND, Candidate, Hint, Pose, Verdict
 
 WITHIN, WITHIN_YAW = 0.10, np.deg2rad(2.0)
@@ -34,7 +35,7 @@ class Searcher:
     world: PreparedMap
     pyramid: Pyramid
     config: SearchConfig
-    beams: BeamClassifier
+    weighing: Weighing
     hints: HintSearch
     """The localiser's own, for hints."""
 
@@ -43,10 +44,9 @@ def searcher_of(world: PreparedMap, height: float) -> Searcher:
     """Make a map ready; ``height`` is that of the horizontal scanner [m]."""
     config = SearchConfig()
     plan = FloorPlan(world, height, cell=config.cell, sigma=config.field_sigma)
-    beams = BeamClassifier(world)
-    return Searcher(
-        world, Pyramid(plan), config, beams, HintSearch(world, plan, config, beams=beams)
-    )
+    weighing = Weighing(BeamClassifier(world))
+    hints = HintSearch(world, plan, config, weighing=weighing)
+    return Searcher(world, Pyramid(plan), config, weighing, hints)
 
 
 def right(found: Pose, truth: Pose) -> bool:
@@ -139,7 +139,7 @@ def kidnap_trial(searcher: Searcher, moments: Sequence[Moment]) -> Kidnapping:
     As the localiser does: what is found is believed only after some way, and if no place is left the
     search begins anew.
     """
-    settings, beams = HypothesesConfig(), searcher.beams
+    settings, weighing = HypothesesConfig(), searcher.weighing
     begin = moments[0]
     places, first_cost = _everywhere(searcher, begin)
     first_right = bool(places) and right(places[0].map_from_base, begin.truth)
@@ -151,7 +151,7 @@ def kidnap_trial(searcher: Searcher, moments: Sequence[Moment]) -> Kidnapping:
         way, before = way + float(np.hypot(*step[:2])), moment
         if way > MOST_WAY:
             break
-        if not hypotheses.places or hypotheses.exhausted(searcher.config, settings):
+        if not hypotheses.places or hypotheses.exhausted(settings, weighing.belief):
             again, cost = _everywhere(searcher, moment)
             total += cost
             hypotheses = Hypotheses.of(again, moment.odom_from_base, settings, SearchConfig())
@@ -161,7 +161,7 @@ def kidnap_trial(searcher: Searcher, moments: Sequence[Moment]) -> Kidnapping:
             moment.sweep,
             moment.odom_from_base,
             searcher.world,
-            beams,
+            weighing,
             searcher.config,
             settings,
             RegistrationConfig(),
@@ -186,7 +186,7 @@ def _everywhere(searcher: Searcher, moment: Moment) -> tuple[tuple[Candidate, ..
             searcher.pyramid,
             level_of(moment),
             searcher.config,
-            beams=searcher.beams,
+            weighing=searcher.weighing,
         )
     )
 

@@ -19,7 +19,11 @@ from localization.mapping.wall_lines import WallLines
 from localization.mapping.window_search import scored_window
 from localization.relocalization.refinement import best_places
 from localization.relocalization.search_config import SearchConfig
-from localization.relocalization.verification import distinguishable
+
+_CLEARLY = 0.1
+"""A pose is clearly better than another if it explains this share more of a sweep, or by ``_DECISIVE``."""
+_DECISIVE = (2.0, 0.04)
+"""Or if the other leaves so many times more unexplained, besides the share that noise leaves at any pose."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -189,8 +193,11 @@ class Submap:
 
 def unambiguous(places: Sequence[Alignment]) -> bool:
     """Return whether the best of several poses explains a sweep clearly better than the others."""
-    c = SearchConfig()
-    return len(places) == 1 or distinguishable(places[0].inlier_ratio, places[1].inlier_ratio, c)
+    if len(places) == 1:
+        return True
+    best, second = places[0].inlier_ratio, places[1].inlier_ratio
+    factor, floor = _DECISIVE
+    return best - second >= _CLEARLY or 1.0 - second >= factor * (1.0 - best) + floor
 
 
 def _same(a: FloatArray, b: FloatArray, c: SearchConfig) -> bool:

@@ -13,10 +13,13 @@ to halves of its drives, and judges those below on both.
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 from localization.types import ScanConsistency
 
+_LEFT = 0.05
+"""Added to the share of a sweep that is left unexplained before its logarithm: noise and edges leave so much."""
 _TRACED = 0.01
 """Added to the share of beams through mapped surfaces before its logarithm: less is not distinguished from none."""
 _FLICKER = 0.02
@@ -35,9 +38,9 @@ _HIDDEN = 0.5
 class BeliefConfig:
     """What changes the odds that the pose is right; evidence is a natural logarithm of odds."""
 
-    sweep: tuple[float, float, float] = (14.3, 11.0, 2.2)
-    """Evidence of one sweep: against the pose at all, for it by the share that the map explains, and against it by the
-    logarithm of the share that passes through mapped surfaces."""
+    sweep: tuple[float, float, float] = (8.8, 3.65, 1.45)
+    """Evidence of one sweep against the pose: at all, by the logarithm of the share that the map leaves unexplained, and by
+    that of the share that passes through mapped surfaces."""
     change: tuple[float, float, float, float] = (9.1, 11.1, 3.9, 6.2)
     """Evidence between two sweeps: against that the robot was carried at all, and for it by the share of one that the other
     lacks, by whether that is unusual, and by whether the share that passes through the map grew with it."""
@@ -112,9 +115,9 @@ class Belief:
 
 
 def agreement(seen: ScanConsistency) -> tuple[float, float]:
-    """Return what counts of a sweep: the share that the map explains, and the logarithm of what passes through it."""
-    share = 1.0 - seen.unexplained + _HIDDEN * seen.occluded
-    return share, math.log(seen.free_space_violation + _TRACED)
+    """Return what counts of a sweep: logarithms of what the map does not explain, and of what passes through it."""
+    left = seen.unexplained - _HIDDEN * seen.occluded
+    return math.log(left + _LEFT), math.log(seen.free_space_violation + _TRACED)
 
 
 def break_in_view(
@@ -140,9 +143,9 @@ def break_in_view(
 
 def evidence_of(seen: ScanConsistency, config: BeliefConfig) -> float:
     """Return the evidence of a sweep for the pose that it was compared with the map at."""
-    at_all, explained, through = config.sweep
-    share, passing = agreement(seen)
-    return explained * share - through * passing - at_all
+    at_all, unexplained, through = config.sweep
+    left, passing = agreement(seen)
+    return -unexplained * left - through * passing - at_all
 
 
 def evidence_unmoved(broken: tuple[float, float, float], config: BeliefConfig) -> float:
@@ -155,6 +158,18 @@ def independence(seconds: float, metres: float, config: BeliefConfig) -> float:
     """Return the share of a sweep's evidence that is new, so long and so far after the last one."""
     time, distance = config.independent
     return min(1.0, seconds / time + metres / distance)
+
+
+def probabilities(odds: Sequence[float]) -> tuple[float, ...]:
+    """Return how probable each of several places is; what is missing from 1 is that none of them is right.
+
+    Args:
+        odds: logarithms of the odds of each place against being wrong, as if it were the only one.
+    """
+    largest = max((0.0, *odds))
+    each = [math.exp(one - largest) for one in odds]
+    total = sum(each) + math.exp(-largest)
+    return tuple(one / total for one in each)
 
 
 def _logit(probability: float) -> float:

@@ -127,5 +127,10 @@ class State(NamedTuple):
         """The estimate as the search needs it."""
         health = self.health
         return CurrentPose(
-            self.filter.pose, self.filter.covariance, self.placed, health.lost, health.doubtful
+            self.filter.pose,
+            self.filter.covariance,
+            self.placed,
+            health.lost,
+            health.doubtful,
+            health.belief.odds,
         )

@@ -19,12 +19,12 @@ import numpy.typing as npt
 from localization.geometry import FloatArray
 from localization.maps.prepared_map import PreparedMap
 from localization.matching.registration import RegistrationConfig
-from localization.matching.scan_consistency import BeamClassifier
 from localization.relocalization.floor_plan import FloorPlan, level_points
 from localization.relocalization.refinement import best_places, refined_places
 from localization.relocalization.search_config import SearchConfig
 from localization.relocalization.search_window import Window
 from localization.relocalization.search_work import PIECE, SearchWork, Work
+from localization.relocalization.verification import Weighing
 from localization.types import Pose, Sweep
 
 ByteArray = npt.NDArray[np.uint8]
@@ -156,7 +156,7 @@ def search_map(
     window: Window | None = None,
     registration: RegistrationConfig = RegistrationConfig(),  # noqa: B008  (frozen)
     *,
-    beams: BeamClassifier,
+    weighing: Weighing,
 ) -> SearchWork:
     """Search the whole map or a window; yields the amount of each piece of work and returns the places found.
 
@@ -168,10 +168,10 @@ def search_map(
         config: steps and thresholds.
         window: if given, only places in it are examined, and fewer of them refined.
         registration: how places are registered.
-        beams: classifies the beams that a place does not explain.
+        weighing: what weighs the places found.
 
     Returns:
-        Distinct places, best first, each with the share of the sweep that it explains.
+        Distinct places, best first, each with the share of the sweep that it explains and the evidence of that.
     """
     c = pyramid.config
     points = level_points(sweep, level)
@@ -199,7 +199,9 @@ def search_map(
     peaks = best_places(bounds, places, yaws[which], config, most=most)
     yield len(bounds)
     return (
-        yield from refined_places(sweep, world, peaks, level, config, registration, beams, window)
+        yield from refined_places(
+            sweep, world, peaks, level, config, registration, weighing, window
+        )
     )
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 
@@ -12,7 +12,7 @@ import numpy as np
 from localization.geometry import FloatArray
 from localization.maps.prepared_map import PreparedMap
 from localization.matching.registration import RegistrationConfig
-from localization.matching.scan_consistency import BeamClassifier
+from localization.monitoring.belief import Belief, probabilities
 from localization.relocalization.branch_and_bound import MapSearchConfig, Pyramid, search_map
 from localization.relocalization.floor_plan import FloorPlan
 from localization.relocalization.search_config import SearchConfig
@@ -21,8 +21,7 @@ from localization.relocalization.search_work import ResumableSearch
 from localization.relocalization.verification import (
     SETTLING_REACH,
     SETTLING_SIGMA,
-    distinguishable,
-    explain,
+    Weighing,
     outside_map,
     same_place,
     settled,
@@ -125,7 +124,7 @@ class HintSearch:
         map_config: MapSearchConfig = MapSearchConfig(),  # noqa: B008  (frozen)
         registration: RegistrationConfig = RegistrationConfig(),  # noqa: B008  (frozen)
         *,
-        beams: BeamClassifier,
+        weighing: Weighing,
         same: Callable[[Pose, Pose], bool] = lambda a, b: a is b,
     ) -> None:
         """Build.
@@ -136,11 +135,11 @@ class HintSearch:
             config: how a window is searched, and what counts as found.
             map_config: how the whole map is searched.
             registration: how places are registered.
-            beams: classifies the beams that a place does not explain.
+            weighing: what weighs places.
             same: whether two poses are so near to each other that a search from one serves for the other.
         """
         self.config, self._registration = config, registration
-        self._beams, self._same = beams, same
+        self._weighing, self._same = weighing, same
         self._world, self._map_config = world, map_config
         self._pyramid = Pyramid(plan, map_config)
         self._begun: deque[SearchTask] = deque(maxlen=_REMEMBERED)
@@ -216,7 +215,7 @@ class HintSearch:
             self.config,
             window,
             self._registration,
-            beams=self._beams,
+            weighing=self._weighing,
         )
         task = SearchTask(hint, window, sweep, odom_from_base, level, ResumableSearch(work))
         # When readings are replayed, the search has been computed before.
@@ -250,10 +249,10 @@ class HintSearch:
             return SearchState(state.waiting, task, granted, max(now, state.stamp)), None
         moved = task.odom_from_base.inverse() @ odom_from_base
         window, claim = task.window, self._claimed(task)
-        if claim is not None and _as_good(claim.score, candidates, self.config):
+        if claim is not None and self._as_good(claim, candidates):
             window, candidates = _claimed_window(task, self.config), (claim,)
         verdict, reason = self._judged(task, candidates, current, moved)
-        places = tuple(Candidate(c.map_from_base @ moved, c.score) for c in candidates)
+        places = tuple(replace(c, map_from_base=c.map_from_base @ moved) for c in candidates)
         unseen = None
         if verdict is Verdict.ACCEPTED and window is not None:
             found = candidates[0].map_from_base
@@ -275,7 +274,16 @@ class HintSearch:
         if window is None:
             return None
         at = standing(self._world, window.x, window.y, window.yaw, task.level)
-        return explain(task.sweep, self._world, at, self._registration)
+        seen, match = settled(task.sweep, self._world, at, self._registration)
+        return self._weighing.of(task.sweep, seen, match)[0]
+
+    def _as_good(self, claimed: Candidate, candidates: tuple[Candidate, ...]) -> bool:
+        """Return whether a place explains a sweep, and no other surely does so better."""
+        best = max((c.evidence for c in candidates), default=0.0)
+        return claimed.evidence >= 0.0 and not self._sure(best - claimed.evidence)
+
+    def _sure(self, odds: float) -> bool:
+        return Belief(odds).sure(self._weighing.belief)
 
     def _judged(
         self,
@@ -284,31 +292,29 @@ class HintSearch:
         current: Pose | None,
         moved: Pose,
     ) -> tuple[Verdict, str]:
-        c, window = self.config, task.window
-        if not candidates or candidates[0].score < c.min_inlier_ratio:
-            reached = f"{candidates[0].score:.0%}" if candidates else "nothing"
-            where = "in the whole map"
-            if window is not None:
-                turn = np.rad2deg(window.half_yaw)
-                where = f"within {window.half_width:.1f} m and {turn:.0f} degrees"
-            return Verdict.REJECTED, (
-                f"no pose {where} explains the sweep (best: {reached}, needed: {c.min_inlier_ratio:.0%})"
-            )
-        best = candidates[0]
+        c = self.config
+        if sum(probabilities([one.evidence for one in candidates])) < 0.5:
+            return Verdict.REJECTED, _nothing_there(task.window, candidates)
+        best, others = candidates[0], list(candidates[1:])
         if current is not None:
             then = current @ moved.inverse()
-            own, _ = settled_estimate(
+            seen, match = settled_estimate(
                 task.sweep, self._world, then, self._registration, partial(_settled_there, then)
             )
-            if own.score >= best.score - c.min_margin:
+            own, _ = self._weighing.of(task.sweep, seen, match)
+            there = same_place(own.map_from_base, best.map_from_base, c)
+            if best.evidence <= own.evidence or (
+                there and not self._sure(best.evidence - own.evidence)
+            ):
                 return Verdict.KEPT, (
                     f"the estimate is the best pose there ({own.score:.0%} explained)"
-                    if same_place(own.map_from_base, best.map_from_base, c)
+                    if there
                     else f"the estimate explains {own.score:.0%} of the sweep, the best pose near the hint "
                     f"{best.score:.0%}"
                 )
-        if len(candidates) > 1 and not distinguishable(best.score, candidates[1].score, c):
-            other = candidates[1]
+            others.append(own)
+        if others and not self._sure(best.evidence - _together(others)):
+            other = max(others, key=lambda one: one.evidence)
             apart = float(
                 np.hypot(*(other.map_from_base.position - best.map_from_base.position)[:2])
             )
@@ -318,6 +324,21 @@ class HintSearch:
                 + ("drive on" if near else "drive on, or give a narrower hint")
             )
         return Verdict.ACCEPTED, f"explains {best.score:.0%} of the sweep"
+
+
+def _together(places: Sequence[Candidate]) -> float:
+    """Return the logarithm of the odds that one of several places is right."""
+    return float(np.logaddexp.reduce([place.evidence for place in places]))
+
+
+def _nothing_there(window: Window | None, candidates: Sequence[Candidate]) -> str:
+    """Return that no place was found, in words for the operator."""
+    where = "in the whole map"
+    if window is not None:
+        turn = np.rad2deg(window.half_yaw)
+        where = f"within {window.half_width:.1f} m and {turn:.0f} degrees"
+    reached = f"{candidates[0].score:.0%}" if candidates else "nothing"
+    return f"no pose {where} fits the sweep (the best explains {reached})"
 
 
 def _settled_there(claimed: Pose, settled_at: Pose) -> bool:
@@ -332,12 +353,6 @@ def _claimed_window(task: SearchTask, config: SearchConfig) -> Window | None:
     sigma = float(np.sqrt(max(task.hint.covariance[0, 0], task.hint.covariance[1, 1])))
     narrow = 3.0 * max(sigma, SETTLING_SIGMA[0])
     return replace(task.window, half_width=narrow) if narrow < config.smallest_window else None
-
-
-def _as_good(claimed: float, candidates: tuple[Candidate, ...], config: SearchConfig) -> bool:
-    """Return whether a place explains a sweep, and no other clearly explains more of it."""
-    best = candidates[0].score if candidates else 0.0
-    return claimed >= max(config.min_inlier_ratio, best - config.min_margin)
 
 
 def _alike(a: Window | None, b: Window | None, same: Callable[[Pose, Pose], bool]) -> bool:

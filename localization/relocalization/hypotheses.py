@@ -1,13 +1,13 @@
-"""Hypotheses: several places where the robot may be, tracked by odometry and compared on the way.
+"""Hypotheses: several places where the robot may be, tracked by odometry and weighed on the way.
 
 One sweep may fit two rooms alike, and may fit a wrong place better than the right one that has changed
-since it was mapped. Sweeps from elsewhere do not: each place is evaluated again after every step of the way,
-and the shares that contradict it add up. Beams that end where nothing is mapped contradict no place.
+since it was mapped. Sweeps from elsewhere do not: each place is weighed again after every step of the way, as the
+pose that stands is, and what the steps say adds up. A place is believed once it surely outdoes each of the others,
+and that the robot is at none of them.
 """
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
@@ -16,11 +16,12 @@ import numpy as np
 
 from localization.maps.prepared_map import PreparedMap
 from localization.matching.registration import RegistrationConfig
-from localization.matching.scan_consistency import BeamClassifier
+from localization.monitoring.belief import Belief, BeliefConfig
 from localization.relocalization.search_config import SearchConfig
 from localization.relocalization.verification import (
     HELD_OFF_SIGMA,
     SETTLING_SIGMA,
+    Weighing,
     same_place,
     settled,
     settled_estimate,
@@ -30,32 +31,14 @@ from localization.types import Candidate, Pose, Sweep
 
 @dataclass(frozen=True, slots=True)
 class HypothesesConfig:
-    """When places are evaluated again, and what decides between them."""
+    """When places are weighed again, and for how long."""
 
     step: float = 0.25
     """A sweep is new evidence after this distance [m], or after ``turn``."""
     turn: float = np.deg2rad(20.0)
     """A sweep is new evidence after this turn [rad], or after ``step``."""
-    min_sweeps: int = 3
-    """Number of sweeps, the first one counted, that must support a place to which no operator pointed."""
-    min_distance: float = 0.5
-    """Distance over which they must do so [m]: turning on the spot shows the same walls."""
-    drop_margin: float = 0.25
-    """A place is dropped if a larger share of the sweeps contradicts it than the best one, by this in the
-    mean."""
-    standing_factor: float = 3.0
-    """A place that shall replace a pose that stands must outdo it by so many times what distinguishes two places that
-    a search found: wheels, gyro and scanner have led to that pose."""
-    min_share: float = 0.3
-    """A place that explains a smaller share of the sweeps in the mean is dropped, whatever is mapped there."""
-    sure_share: float = 0.75
-    """A place that explains a smaller share of the sweeps in the mean is taken, but suspect until metres agree, though
-    no other place of the map explains as much: the robot may be where nothing is mapped."""
     max_distance: float = 8.0
     """Without a decision after this distance [m], the search begins anew."""
-    looks: int = 3
-    """If after this many sweeps the best place explains too little of them in the mean
-    (``SearchConfig.min_inlier_ratio``), the robot is at none of the places."""
     max_places: int = 12
     """Largest number of places that are tracked."""
 
@@ -66,11 +49,12 @@ class Hypothesis:
 
     map_from_base: Pose
     """Pose at the last evidence."""
-    shares: tuple[float, ...]
+    shares: tuple[float, ...] = ()
     """Share of each sweep that the place explained."""
-    contradictions: tuple[float, ...] = ()
-    """Share of each sweep after the first that contradicts the place: neither explained nor ending where
-    nothing is mapped."""
+    evidence: tuple[float, ...] = ()
+    """Evidence of each sweep."""
+    prior: float = 0.0
+    """Logarithm of the odds before the first sweep: even but for an estimate that is believed."""
     present: bool = False
     """Whether it is the estimate: that is registered at each sweep, while other places follow odometry alone."""
 
@@ -80,9 +64,26 @@ class Hypothesis:
         return float(np.mean(self.shares)) if self.shares else 0.0
 
     @property
-    def contradicted(self) -> float:
-        """Mean share of the sweeps that contradicts the place."""
-        return float(np.mean(self.contradictions)) if self.contradictions else 0.0
+    def total(self) -> float:
+        """What all sweeps say for the place."""
+        return self.prior + sum(self.evidence)
+
+    def advantage(self, other: Hypothesis | None) -> float:
+        """Return how much more probable the place is than another, or than none at all, as a logarithm of odds.
+
+        What a room has in common with another, and what was moved in it since it was mapped, is seen again and
+        again on a way: what sweeps say does not add up in full, but like errors, by its squares.
+        """
+        # An estimate that was doubted after the search has been weighed by fewer sweeps.
+        sweeps = (
+            len(self.evidence) if other is None else min(map(len, (self.evidence, other.evidence)))
+        )
+        said = np.array(self.evidence[len(self.evidence) - sweeps :])
+        if other is not None:
+            said -= other.evidence[len(other.evidence) - sweeps :]
+        sums = float(np.abs(said).sum())
+        added = float(said.sum() * np.linalg.norm(said)) / sums if sums else 0.0
+        return self.prior - (other.prior if other is not None else 0.0) + added
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -108,6 +109,7 @@ class Hypotheses:
         *,
         near: bool = False,
         present: Pose | None = None,
+        prior: float = 0.0,
     ) -> Hypotheses:
         """Begin with the places that a search found, best first, as of now.
 
@@ -118,58 +120,56 @@ class Hypotheses:
             search: What counts as one place.
             near: Whether only the surroundings of a lost estimate or of a hint were searched.
             present: The estimate, if the robot has one that stands. It is one of the places, or compared with them
-                as one more, so that only a clearly better one replaces it.
+                as one more, so that only a place that is surely better replaces it.
+            prior: Logarithm of the odds that the estimate is right: wheels, gyro and scanner led to it.
         """
         found = candidates[: config.max_places - (present is not None)]
         places: list[Hypothesis] = []
         for c in found:
             same = present is not None and same_place(c.map_from_base, present, search)
             same = same and not any(p.present for p in places)
-            places.append(Hypothesis(c.map_from_base, (c.score,), present=same))
+            own = prior if same else 0.0
+            places.append(Hypothesis(c.map_from_base, (c.score,), (c.evidence,), own, same))
         if present is not None and places and not any(p.present for p in places):
-            places.append(Hypothesis(present, (), present=True))
+            places.append(Hypothesis(present, prior=prior, present=True))
         return cls(tuple(places), odom_from_base, near=near)
 
-    def nowhere(self, search: SearchConfig, config: HypothesesConfig) -> bool:
-        """Return whether the robot is at none of the places, as their means say.
+    def nowhere(self, belief: BeliefConfig) -> bool:
+        """Return whether the robot is surely at none of the places."""
+        return all(_surely(-p.advantage(None), belief) for p in self.places)
 
-        One of several wrong places nearly always explains a lot of the last sweep, by chance.
-        """
-        looked = len(self.places[0].shares) > config.looks
-        return looked and self.places[0].score < search.min_inlier_ratio
-
-    def exhausted(self, search: SearchConfig, config: HypothesesConfig) -> bool:
+    def exhausted(self, config: HypothesesConfig, belief: BeliefConfig) -> bool:
         """Return whether the search must begin anew: no place fits any more, or no decision after a long way."""
-        return self.nowhere(search, config) or self.distance > config.max_distance
+        return self.nowhere(belief) or self.distance > config.max_distance
 
     def candidates(self, odom_from_base: Pose) -> tuple[Candidate, ...]:
         """Return the places as of now, best first."""
         if not self.places:
             return ()
         moved = self.odom_from_base.inverse() @ odom_from_base
-        return tuple(Candidate(p.map_from_base @ moved, p.score) for p in self.places)
+        return tuple(Candidate(p.map_from_base @ moved, p.score, p.total) for p in self.places)
 
     def compared(
         self,
         sweep: Sweep,
         odom_from_base: Pose,
         world: PreparedMap,
-        beams: BeamClassifier,
+        weighing: Weighing,
         search: SearchConfig,
         config: HypothesesConfig,
         registration: RegistrationConfig,
         *,
         present: Pose | None = None,
     ) -> tuple[Hypotheses, Candidate | None]:
-        """Evaluate the places by a sweep, if the robot came far enough since the last one.
+        """Weigh the places by a sweep, if the robot came far enough since the last one.
 
         Args:
             sweep: the newest one.
             odom_from_base: at its stamp.
             world: the prepared map.
-            beams: classifies the beams that a place does not explain.
-            search: what counts as one place, and as a decision.
-            config: when to evaluate, and what decides.
+            weighing: what weighs a place.
+            search: what counts as one place.
+            config: when to weigh.
             registration: how a sweep is registered at a place.
             present: the estimate at the sweep's stamp, if it stands.
 
@@ -180,9 +180,10 @@ class Hypotheses:
             return self, None
         moved = self.odom_from_base.inverse() @ odom_from_base
         way = float(np.hypot(moved.position[0], moved.position[1]))
-        if way < config.step and abs(moved.yaw) < config.turn:
-            return self, None
-        evaluated: list[Hypothesis] = []
+        weighed = all(p.evidence for p in self.places)
+        if weighed and way < config.step and abs(moved.yaw) < config.turn:
+            return self, self._decided(odom_from_base, weighing.belief)
+        places: list[Hypothesis] = []
         # Last, that which is the estimate: it must not take the place of another.
         for place in sorted(self.places, key=lambda p: p.present):
             followed = place.map_from_base @ moved
@@ -190,50 +191,39 @@ class Hypotheses:
                 followed = present
             if place.present:
                 # Places that a search found explain the most around them, and so may this one, but not at theirs.
-                own = partial(_own_place, followed, [p.map_from_base for p in evaluated], search)
+                own = partial(_own_place, followed, [p.map_from_base for p in places], search)
                 errors = (SETTLING_SIGMA, HELD_OFF_SIGMA)
                 seen, match = settled_estimate(sweep, world, followed, registration, own, errors)
             else:
                 seen, match = settled(sweep, world, followed, registration)
-            at = seen.map_from_base
-            classes = beams.classify(sweep, at, match.distances)
-            contradicts = 1.0 - seen.score - (classes.unmapped if classes is not None else 0.0)
-            contradictions = (*place.contradictions, max(0.0, contradicts))
-            shares = (*place.shares, seen.score)
-            evaluated.append(Hypothesis(at, shares, contradictions, place.present))
-        evaluated.sort(key=lambda p: -p.score)
-        most = evaluated[0].contradicted + config.drop_margin
+            seen, _ = weighing.of(sweep, seen, match)
+            shares, evidence = (*place.shares, seen.score), (*place.evidence, seen.evidence)
+            places.append(
+                replace(place, map_from_base=seen.map_from_base, shares=shares, evidence=evidence)
+            )
+        places.sort(key=lambda p: -p.total)
         kept: list[Hypothesis] = []
-        for place in evaluated:
+        for place in places:
             doubles = [same_place(place.map_from_base, k.map_from_base, search) for k in kept]
-            fits = place.contradicted <= most and place.score >= config.min_share
             if any(doubles):
                 same = doubles.index(True)
                 kept[same] = replace(kept[same], present=kept[same].present or place.present)
-            elif fits or not kept:
+            elif not kept or not _surely(kept[0].advantage(place), weighing.belief):
                 kept.append(place)
-        left = replace(
-            self,
-            places=tuple(kept),
-            odom_from_base=odom_from_base,
-            distance=self.distance + way,
-        )
-        return left, left.decided(search, config)
+        distance = self.distance + way
+        left = replace(self, places=tuple(kept), odom_from_base=odom_from_base, distance=distance)
+        return left, left._decided(odom_from_base, weighing.belief)
 
-    def decided(self, search: SearchConfig, config: HypothesesConfig) -> Candidate | None:
-        """Return the place that the evidence so far leaves to believe, or None."""
-        best = self.places[0]
-        if len(best.shares) < config.min_sweeps or self.distance < config.min_distance:
+    def _decided(self, odom_from_base: Pose, belief: BeliefConfig) -> Candidate | None:
+        """Return the place that is believed, as of now, or None."""
+        best, *others = self.places
+        if not all(_surely(best.advantage(p), belief) for p in (*others, None)):
             return None
-        if min(best.score, best.shares[-1]) < search.min_inlier_ratio:
-            return None
-        # Not only the second: another may explain less, and contradict no more of what is seen.
-        if not all(_outdoes(best, p, search) for p in self.places[1:]):
-            return None
-        standing = (p for p in self.places[1:] if p.present)
-        if not all(_outdoes(best, p, search, config.standing_factor) for p in standing):
-            return None
-        return Candidate(best.map_from_base, best.score)
+        return self.candidates(odom_from_base)[0]
+
+
+def _surely(advantage: float, belief: BeliefConfig) -> bool:
+    return Belief(advantage).sure(belief)
 
 
 def _own_place(
@@ -242,17 +232,3 @@ def _own_place(
     """Return whether a pose is at the estimate's place, and at none of the others."""
     taken = any(same_place(settled_at, other, search) for other in others)
     return same_place(settled_at, estimate, search) and not taken
-
-
-def _outdoes(
-    best: Hypothesis, other: Hypothesis, search: SearchConfig, factor: float = 1.0
-) -> bool:
-    """Return whether all sweeps together distinguish two places, by a multiple of what is needed at least.
-
-    As for one sweep, but of sums: what contradicts one place again and again adds up, while what noise
-    and clutter leave over grows like the square root of the number of sweeps.
-    """
-    c, noise = search, factor * math.sqrt(len(best.contradictions))
-    left, others = sum(best.contradictions), sum(other.contradictions)
-    clear = others - left >= c.min_margin * noise
-    return clear or others >= c.decisive_ratio * left + c.decisive_floor * noise

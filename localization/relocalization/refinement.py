@@ -10,13 +10,12 @@ import numpy as np
 from localization.geometry import FloatArray, wrap_angle
 from localization.maps.prepared_map import PreparedMap
 from localization.matching.registration import RegistrationConfig, register
-from localization.matching.scan_consistency import BeamClassifier
 from localization.relocalization.search_config import SearchConfig
 from localization.relocalization.search_window import Window
 from localization.relocalization.search_work import REFINEMENT, SearchWork, Work
 from localization.relocalization.verification import (
     SETTLING_SIGMA,
-    explain,
+    Weighing,
     same_place,
     settled,
     standing,
@@ -68,7 +67,7 @@ def refined_places(
     level: Pose,
     config: SearchConfig,
     registration: RegistrationConfig,
-    beams: BeamClassifier,
+    weighing: Weighing,
     window: Window | None = None,
 ) -> SearchWork:
     """Refine places (x, y, yaw) against the cloud; yields the amount of work, returns the distinct ones, best first.
@@ -81,7 +80,7 @@ def refined_places(
     for x, y, yaw in peaks:
         yield REFINEMENT
         start = standing(world, x, y, yaw, level)
-        candidate = _refined(sweep, world, start, config, registration)
+        candidate = _refined(sweep, world, start, config, registration, weighing)
         # The third rows are the map's vertical in the robot's axes.
         upright = candidate.map_from_base.rotation[2] @ start.rotation[2] > np.cos(max_tilt)
         if upright:
@@ -89,7 +88,7 @@ def refined_places(
     distinct, rivals = _distinct(found, config), dict[Candidate, Candidate]()
     for i, candidate in enumerate(distinct[: config.compared]):
         best, match, rival = yield from _best_along(
-            sweep, world, candidate, config, registration, beams
+            sweep, world, candidate, config, registration, weighing
         )
         distinct[i] = best
         # Along a bare corridor all neighbours are alike, which the covariance of the placement says.
@@ -98,13 +97,13 @@ def refined_places(
     # A neighbour along a corridor may be a place that was found already.
     places = _distinct(distinct, config)
     others = places[1:] + [rivals[best] for best in places[:1] if best in rivals]
-    return (*places[:1], *sorted(others, key=lambda c: -c.score))
+    return (*places[:1], *sorted(others, key=lambda c: -c.evidence))
 
 
 def _distinct(places: Sequence[Candidate], config: SearchConfig) -> list[Candidate]:
     """Return the best candidate of each place, best first."""
     distinct: list[Candidate] = []
-    for one in sorted(places, key=lambda c: -c.score):
+    for one in sorted(places, key=lambda c: -c.evidence):
         if not any(same_place(one.map_from_base, d.map_from_base, config) for d in distinct):
             distinct.append(one)
     return distinct
@@ -116,7 +115,7 @@ def _best_along(
     place: Candidate,
     config: SearchConfig,
     registration: RegistrationConfig,
-    beams: BeamClassifier,
+    weighing: Weighing,
 ) -> Work[tuple[Candidate, Match, Candidate | None]]:
     """Compare a place with its neighbours in the direction that constrains the robot least.
 
@@ -130,11 +129,10 @@ def _best_along(
     def fits(at: Pose) -> _Fit:
         """Settle a pose. The share counts points within 10 cm; neighbours explain almost as much, but less closely."""
         seen, match = settled(sweep, world, at, registration)
-        classes = beams.classify(sweep, seen.map_from_base, match.distances, every=True)
-        mapped = 1.0 if classes is None else 1.0 - classes.unmapped
+        seen, mapped = weighing.of(sweep, seen, match, every=True)
         kernel2 = registration.kernel**2
         closeness = np.nan_to_num((kernel2 / (kernel2 + match.distances**2)) ** 2)
-        return seen, closeness / max(mapped, config.min_inlier_ratio), match
+        return seen, closeness / max(mapped, weighing.belief.mostly), match
 
     tried = [fits(place.map_from_base)]
     _, directions = np.linalg.eigh(tried[0][2].information[:2, :2])
@@ -184,6 +182,7 @@ def _refined(
     start: Pose,
     config: SearchConfig,
     registration: RegistrationConfig,
+    weighing: Weighing,
 ) -> Candidate:
     wide = replace(
         registration,
@@ -195,4 +194,5 @@ def _refined(
     # A wall that is too far away from the start can be reached by pitch as well. The robot's tilt is known
     # better than that: restore it, and settle the rest.
     x, y = float(near.position[0]), float(near.position[1])
-    return explain(sweep, world, standing(world, x, y, near.yaw, start), registration)
+    seen, match = settled(sweep, world, standing(world, x, y, near.yaw, start), registration)
+    return weighing.of(sweep, seen, match)[0]

@@ -11,6 +11,7 @@ from localization.geometry import FloatArray
 from localization.maps.prepared_map import PreparedMap
 from localization.matching.registration import RegistrationConfig
 from localization.matching.scan_consistency import BeamClassifier
+from localization.monitoring.belief import Belief, BeliefConfig
 from localization.monitoring.health import horizontal_sigma
 from localization.motion.late_readings import LateReadingsConfig
 from localization.relocalization.branch_and_bound import FEWEST_POINTS, MapSearchConfig
@@ -24,11 +25,15 @@ from localization.relocalization.search_schedule import (
     SearchScheduleConfig,
 )
 from localization.relocalization.search_window import Window
-from localization.relocalization.verification import same_place
-from localization.types import SECOND, Candidate, Hint, HintVerdict, Mounts, Pose, Sweep, Verdict
+from localization.relocalization.verification import Weighing, same_place
+from localization.types import SECOND, Hint, HintVerdict, Mounts, Pose, Sweep, Verdict
 
 _DEFAULT_HEIGHT = 0.3
 """Height of the floor plan for a robot without a horizontal scanner [m]."""
+
+_ALMOST_ALL = 0.9
+"""A place near a hint that explains a smaller share of the sweep is suspect until the whole map has been searched, or
+metres agree: another room, much like the one that an operator mistook for it, may explain more."""
 
 
 class RelocalizerSettings(Protocol):
@@ -44,6 +49,10 @@ class RelocalizerSettings(Protocol):
 
     @property
     def hypotheses(self) -> HypothesesConfig:
+        """When places are weighed."""
+
+    @property
+    def belief(self) -> BeliefConfig:
         """What decides between places."""
 
     @property
@@ -73,6 +82,8 @@ class CurrentPose:
     """Whether it must not be relied on."""
     doubtful: bool
     """Whether the last sweep left doubt."""
+    odds: float = 0.0
+    """Logarithm of the odds that the pose is right."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -218,9 +229,15 @@ class Relocalizer:
         c = config.search
         plan = FloorPlan(world, height, cell=c.cell, sigma=c.field_sigma)
         same, self._registration = config.late_readings.same, config.registration
-        self._beams = beams
+        self._weighing = Weighing(beams, config.belief)
         self._search = HintSearch(
-            world, plan, c, config.map_search, config.registration, beams=beams, same=same
+            world,
+            plan,
+            c,
+            config.map_search,
+            config.registration,
+            weighing=self._weighing,
+            same=same,
         )
 
     def receive(
@@ -334,7 +351,7 @@ class Relocalizer:
             state = _found(state)
             best = result.candidates[0]
             placement = Placement(best.map_from_base, result.reason, result.unseen)
-            if self._leaves_room(best):
+            if best.score < _ALMOST_ALL:
                 placement = replace(placement, explained=best.score)
                 state = _to_check(state) if self._by_itself else state
         elif result.verdict is Verdict.AMBIGUOUS:
@@ -348,10 +365,6 @@ class Relocalizer:
             state = self._after_rejection(state, current)
         answer = HintVerdict(now, result.hint, result.verdict, result.reason, result.candidates)
         return state, placement, (_with_outlook(answer, state),)
-
-    def _leaves_room(self, place: Candidate) -> bool:
-        """Return whether another place could clearly explain more."""
-        return place.score < 1.0 - self._config.min_margin
 
     def _after_rejection(self, state: RelocalizerState, current: CurrentPose) -> RelocalizerState:
         """Return the state after a rejected hint: a robot that does not know where it is searches by itself."""
@@ -372,8 +385,16 @@ class Relocalizer:
         """Return the state after a search without a hint: what it found is proposed, and driving decides."""
         if result.whole_map:
             present = None if unsure else current.map_from_base
+            # An operator who asks for a search doubts the pose, whatever the sweeps say.
+            asked = state.cause is SearchCause.REQUESTED
+            most = Belief.of_found(self._weighing.belief).odds
             places = Hypotheses.of(
-                result.candidates, odom, self._hypotheses, self._config, present=present
+                result.candidates,
+                odom,
+                self._hypotheses,
+                self._config,
+                present=present,
+                prior=0.0 if asked else min(max(0.0, current.odds), most),
             )
             if places.places:
                 return replace(state, hypotheses=places)
@@ -421,7 +442,7 @@ class Relocalizer:
             sweep,
             odom,
             self._world,
-            self._beams,
+            self._weighing,
             self._config,
             self._hypotheses,
             self._registration,
@@ -432,18 +453,14 @@ class Relocalizer:
                 return self._unsettled(state, unsure=False), None
             reason = f"explains {place.score:.0%} of the sweeps on the way here"
             placement = Placement(place.map_from_base, reason)
-            # Near is not the only place in the map that may explain the sweeps. Of a pose that stands, a place
-            # that leaves room needs the agreement of a way, and so does one that explains little anywhere.
-            room = self._leaves_room(place) and (left.near or stands)
-            if room or place.score < self._hypotheses.sure_share:
-                placement = replace(placement, explained=place.score)
+            # Near is not the only place in the map that may explain the sweeps.
             return (_to_check(_found(state)) if left.near else _found(state)), placement
-        if stands and left.exhausted(self._config, self._hypotheses):
+        if stands and left.exhausted(self._hypotheses, self._weighing.belief):
             state = self._unsettled(state, unsure=False)
-            if left.nowhere(self._config, self._hypotheses):
+            if left.nowhere(self._weighing.belief):
                 return state, None
             return replace(state.with_doubt(), checking=True), None
-        if left.exhausted(self._config, self._hypotheses):
+        if left.exhausted(self._hypotheses, self._weighing.belief):
             return self._unsettled(state, unsure=True), None
         return replace(state, hypotheses=left), None
 

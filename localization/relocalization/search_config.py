@@ -33,14 +33,6 @@ class SearchConfig:
     """Error of a hint with all-zero covariance, in x and y, one sigma [m]."""
     default_sigma_yaw: float = np.deg2rad(15.0)
     """Error of a hint with all-zero covariance, in heading, one sigma [rad]."""
-    min_inlier_ratio: float = 0.55
-    """A pose must explain at least this share of the sweep to be believed."""
-    min_margin: float = 0.1
-    """Two places are distinguished if one explains this share more of the sweep, or by ``decisive_ratio``."""
-    decisive_ratio: float = 2.0
-    """Two places are distinguished if one leaves this many times more unexplained, and ``decisive_floor``."""
-    decisive_floor: float = 0.04
-    """Share that noise and clutter leave unexplained at any pose; added to that comparison."""
     max_tilt: float = np.deg2rad(2.0)
     """Places that need more tilt from level than this are rejected [rad]: pitched far enough, the points of
     a wall that is not there lie on the floor."""

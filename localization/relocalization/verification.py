@@ -1,8 +1,9 @@
-"""Verification of places: how much of a sweep a pose explains, and whether that distinguishes two places."""
+"""Verification of places: how much of a sweep a pose explains there, and what that says for it."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -10,6 +11,8 @@ from localization.filter.pose_error import difference
 from localization.geometry import FloatArray, so3_exp, wrap_angle
 from localization.maps.prepared_map import PreparedMap
 from localization.matching.registration import RegistrationConfig, register
+from localization.matching.scan_consistency import BeamClassifier
+from localization.monitoring.belief import BeliefConfig, evidence_of
 from localization.relocalization.search_config import SearchConfig
 from localization.relocalization.search_window import Window
 from localization.types import Candidate, Match, Pose, Sweep
@@ -30,10 +33,30 @@ def same_place(a: Pose, b: Pose, config: SearchConfig) -> bool:
     return near and abs(wrap_angle(a.yaw - b.yaw)) < config.same_yaw
 
 
-def distinguishable(best: float, second: float, config: SearchConfig) -> bool:
-    """Return whether the shares of a sweep that two places explain distinguish them."""
-    clear = best - second >= config.min_margin
-    return clear or 1.0 - second >= config.decisive_ratio * (1.0 - best) + config.decisive_floor
+@dataclass(frozen=True, slots=True, eq=False)
+class Weighing:
+    """What weighs places: the evidence of sweeps, as it weighs the pose that stands."""
+
+    beams: BeamClassifier
+    """Classifies the beams that a place does not explain."""
+    belief: BeliefConfig = field(default_factory=BeliefConfig)
+    """What the classes say."""
+
+    def of(
+        self, sweep: Sweep, seen: Candidate, match: Match, *, every: bool = False
+    ) -> tuple[Candidate, float]:
+        """Return a place where a match has settled a sweep with the evidence of that, and the share that is mapped there.
+
+        Args:
+            sweep: points in ``base_link``.
+            seen: the place.
+            match: the registration there.
+            every: whether each unexplained beam is traced, as for neighbours a decimetre apart.
+        """
+        found = self.beams.classify(sweep, seen.map_from_base, match.distances, every=every)
+        if found is None:
+            return seen, 1.0
+        return replace(seen, evidence=evidence_of(found, self.belief)), 1.0 - found.unmapped
 
 
 def outside_map(world: PreparedMap, x: float, y: float, *, margin: float) -> str | None:

@@ -35,6 +35,8 @@ class Candidate:
     """The pose."""
     score: float
     """Share of the sweep that the pose explains, in [0, 1]."""
+    evidence: float = 0.0
+    """Logarithm of how much more often sweeps are like this one at a right pose than at a wrong one."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -64,9 +64,9 @@ def test_right_hint_is_trusted_at_once() -> None:
 
 
 def test_ambiguous_hint_to_a_pose_that_explains_less_has_its_places_compared_by_driving() -> None:
-    """The true room looks alike from both ends; the wrong one is shorter."""
-    short = upright(box((0.0, 0.0, -1.0), (4.5, 5.0, 2.5), inside=True))
-    plain = Place([*short, *room(8.0)])
+    """The true room looks alike from both ends, with a cupboard at each; the wrong one has none."""
+    cupboards = [*block((8.0, 0.0), (9.6, 1.3)), *block((12.4, 3.7), (14.0, 5.0))]
+    plain = Place([*room(0.0), *room(8.0), *cupboards])
     middle = Pose.planar(11.0, 2.5, 1.8)
     localizer = Localizer(plain.prepared(), MOUNTS)
     drive = Drive(plain, TRUE, (3.0, 0.0, 0.0), (3.0, 0.4, 0.3))

@@ -10,6 +10,7 @@ from localization.relocalization.floor_plan import FloorPlan
 from localization.relocalization.hint_search import TICK, HintSearch, SearchResult, SearchState
 from localization.relocalization.search_config import SearchConfig
 from localization.relocalization.search_window import Window
+from localization.relocalization.verification import Weighing
 from localization.types import Hint, HintVerdict, Pose, Sweep
 
 
@@ -19,8 +20,8 @@ class DrivenSearch:
     def __init__(
         self, world: PreparedMap, plan: FloorPlan, config: SearchConfig | None = None
     ) -> None:
-        beams = BeamClassifier(world)
-        self.steps = HintSearch(world, plan, config or SearchConfig(), beams=beams)
+        weighing = Weighing(BeamClassifier(world))
+        self.steps = HintSearch(world, plan, config or SearchConfig(), weighing=weighing)
         self.state = SearchState()
         self.answers: deque[HintVerdict] = deque()
         self.now = 0

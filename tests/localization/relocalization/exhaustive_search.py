@@ -14,6 +14,7 @@ from localization.relocalization.refinement import best_places, refined_places
 from localization.relocalization.search_config import SearchConfig
 from localization.relocalization.search_window import Window
 from localization.relocalization.search_work import SearchWork
+from localization.relocalization.verification import Weighing
 from localization.types import Pose, Sweep
 
 
@@ -60,8 +61,8 @@ def exhaustive_search(
 
     heading, place = np.divmod(np.arange(scores.size), len(places))
     peaks = best_places(scores.ravel(), places[place], yaws[heading], config, most=config.refine)
-    registration, beams = RegistrationConfig(), BeamClassifier(world)
-    return (yield from refined_places(sweep, world, peaks, level, config, registration, beams))
+    registration, weighing = RegistrationConfig(), Weighing(BeamClassifier(world))
+    return (yield from refined_places(sweep, world, peaks, level, config, registration, weighing))
 
 
 def score(plan: FloorPlan, points: FloatArray, places: FloatArray) -> FloatArray:

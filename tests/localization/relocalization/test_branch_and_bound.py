@@ -14,7 +14,7 @@ from localization.relocalization.floor_plan import FloorPlan
 from localization.relocalization.search_config import SearchConfig
 from localization.relocalization.search_window import Window
 from localization.relocalization.search_work import PIECE, REFINEMENT, ResumableSearch, SearchWork
-from localization.relocalization.verification import same_place
+from localization.relocalization.verification import Weighing, same_place
 from localization.types import SECOND, Candidate, Pose, Scan, Sweep
 from tests.localization.relocalization.exhaustive_search import exhaustive_search
 from tests.support_rooms import HALL, MOUNTS, SQUARE, Drive, Place, apart, box
@@ -42,7 +42,9 @@ def plan_of(world: PreparedMap) -> FloorPlan:
 def search(
     sweep: Sweep, world: PreparedMap, pyramid: Pyramid, level: Pose, window: Window | None = None
 ) -> SearchWork:
-    return search_map(sweep, world, pyramid, level, window=window, beams=BeamClassifier(world))
+    return search_map(
+        sweep, world, pyramid, level, window=window, weighing=Weighing(BeamClassifier(world))
+    )
 
 
 def finish(work: SearchWork) -> tuple[tuple[Candidate, ...], int]:

@@ -4,37 +4,18 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from hypothesis import given
 
 from localization.maps.prepared_map import PreparedMap
 from localization.matching.registration import RegistrationConfig
 from localization.relocalization.search_config import SearchConfig
 from localization.relocalization.search_window import Window
 from localization.relocalization.verification import (
-    distinguishable,
     explain,
     same_place,
     unseen_within,
 )
 from localization.types import Match, Pose
-from tests.support import floats
 from tests.support_rooms import HALL, apart
-
-
-@given(a=floats(0.0, 1.0), b=floats(0.0, 1.0))
-def test_far_better_places_are_distinguished_and_similar_ones_are_not(a: float, b: float) -> None:
-    best, second = max(a, b), min(a, b)
-    c = SearchConfig()
-    if best - second < 0.01:
-        assert not distinguishable(best, second, c)
-    if best - second >= c.min_margin:
-        assert distinguishable(best, second, c)
-
-
-def test_place_that_leaves_almost_nothing_unexplained_beats_one_that_leaves_some() -> None:
-    c = SearchConfig()
-    assert distinguishable(0.99, 0.93, c)
-    assert not distinguishable(0.90, 0.84, c)
 
 
 def test_places_are_the_same_across_half_a_turn_of_the_angle() -> None:
