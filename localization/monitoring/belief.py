@@ -31,14 +31,14 @@ _GROWN = 0.02
 _STIRRED = 0.05
 """Growth of that share by each beam more that is hidden: people who cause the one cause a little of the other."""
 _HIDDEN = 0.5
-"""A beam that ends before a mapped surface says nothing: it counts as half explained."""
+"""A beam that ends before a mapped surface says little: it counts as this much explained."""
 
 
 @dataclass(frozen=True, slots=True)
 class BeliefConfig:
     """What changes the odds that the pose is right; evidence is a natural logarithm of odds."""
 
-    sweep: tuple[float, float, float] = (8.8, 3.65, 1.45)
+    sweep: tuple[float, float, float] = (8.4, 3.65, 1.45)
     """Evidence of one sweep against the pose: at all, by the logarithm of the share that the map leaves unexplained, and by
     that of the share that passes through mapped surfaces."""
     change: tuple[float, float, float, float] = (9.1, 11.1, 3.9, 6.2)
