@@ -160,21 +160,15 @@ class HealthMonitor:
         return cls(config, belief, found, unconfirmed=far, to_agree=to_agree, explained=explained)
 
     @classmethod
-    def after_replacement(
-        cls, before: HealthMonitor, jumped: float, *, full: bool = True
-    ) -> HealthMonitor:
+    def after_replacement(cls, before: HealthMonitor, jumped: float) -> HealthMonitor:
         """Return the monitor of a pose that a search put in the place of one that was not lost.
-
-        What is seen changes at once in a fast turn and before a crowd as well, so that a robot that may have been
-        carried off is trusted at its new pose only if that leaves nothing for another place to explain.
 
         Args:
             before: evidence about the pose that was replaced.
             jumped: distance between the two [m].
-            full: whether the new pose explains nearly all that is seen.
         """
         far = before.config.agreement_distance
-        to_agree = 0.0 if before.carried and full else far
+        to_agree = 0.0 if before.carried else far
         config, found = before.belief_config, Belief.of_found(before.belief_config)
         return cls(before.config, config, found, jumped=jumped, to_agree=to_agree, unconfirmed=far)
 

@@ -421,8 +421,7 @@ def _placed(
     health = HealthMonitor.placed(r.config.health, r.config.belief, placement.explained)
     if believed:
         step = placement.map_from_base.position - state.filter.pose.position
-        jumped, full = float(np.hypot(*step[:2])), placement.explained == 1.0
-        health = HealthMonitor.after_replacement(state.health, jumped, full=full)
+        health = HealthMonitor.after_replacement(state.health, float(np.hypot(*step[:2])))
     covariance = np.diag(np.array(r.config.placement_sigma) ** 2)
     if placement.unseen is not None:
         covariance += placement.unseen

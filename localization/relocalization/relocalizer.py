@@ -97,8 +97,7 @@ class Placement:
     unseen: FloatArray | None = None
     """(6, 6) covariance of what the sweep leaves open, as in ``Estimate``; None if it shows the whole pose."""
     explained: float = 1.0
-    """Share of what is seen that it explains, if that leaves room for a place that was not searched, for one that is not
-    mapped, or if it replaces a pose that stood; else 1."""
+    """Share of what is seen that it explains, if that leaves room for a place that was not searched; else 1."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)

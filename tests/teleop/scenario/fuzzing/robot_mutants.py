@@ -314,8 +314,8 @@ def first_place_believed() -> None:
     """A search believes its first place, whatever speaks for others."""
     patch(
         Hypotheses,
-        "decided",
-        lambda self, search, config: Candidate(self.places[-1].map_from_base, 1.0),
+        "_decided",
+        lambda self, odom_from_base, belief: self.candidates(odom_from_base)[-1],
     )
 
 

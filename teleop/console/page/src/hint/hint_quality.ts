@@ -4,15 +4,15 @@ import type { HintPreview } from "../values";
 
 export type HintQuality = "unknown" | "good" | "bad";
 
-/** The robot believes a pose that explains this share of a sweep (`min_inlier_ratio` of its search). */
+/** A right pose seldom explains a smaller share of a sweep, whatever was moved since the survey. */
 export const BELIEVED = 0.55;
 
-/** One place is better than another if it explains this share more (`min_margin` of the robot's search). */
+/** One place is clearly better than another if it explains this share more. */
 export const CLEARLY = 0.1;
 
 /**
- * Judge a preview as the robot would judge the place: good if it explains enough, and not clearly less than the present
- * pose. The robot searches around a hint, so a bad one may still be accepted.
+ * Judge a preview: good if the place explains enough, and not clearly less than the present pose. The robot weighs more
+ * than the share, and searches around a hint, so a bad one may still be accepted.
  *
  * @param preview Newest preview.
  * @param old Whether it is of a pose that the ghost has left.
