@@ -31,7 +31,13 @@ from benchmarks.localization.faults import carried_away, dropouts, latency
 from benchmarks.localization.lost import lost
 from benchmarks.localization.recovery import recovery
 from benchmarks.localization.small_carries import carried_a_little
-from benchmarks.localization.trials import hints, kidnapped, kidnapped_changed, kidnapped_far
+from benchmarks.localization.trials import (
+    hints,
+    kidnapped,
+    kidnapped_changed,
+    kidnapped_far,
+    wrong_hints,
+)
 
 PARTS: dict[str, Callable[[], Iterator[Figure]]] = {
     "nominal": lambda: compare(nominal()),
@@ -48,6 +54,7 @@ PARTS: dict[str, Callable[[], Iterator[Figure]]] = {
     "carried-a-little": carried_a_little,
     "lost": lost,
     "hints": hints,
+    "wrong-hints": wrong_hints,
     "kidnapped": kidnapped,
     "recovery": recovery,
     "speed": speed,

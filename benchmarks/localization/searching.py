@@ -66,6 +66,8 @@ class HintTrial:
     """CPU time [s]."""
     story: str
     """The places that were found, for inspection."""
+    explained: float = 0.0
+    """Share of the sweep that the best place explains."""
 
     @property
     def taken(self) -> bool:
@@ -94,7 +96,11 @@ def hint_trial(
     sigma, sigma_yaw = off / 3.0, (turn + np.deg2rad(5.0)) / 3.0
     variances = [sigma**2, sigma**2, 0.0, 0.0, 0.0, sigma_yaw**2]
     hinted = Pose.planar(x, y, moment.truth.yaw + sign * turn)
-    hint = Hint(moment.stamp, hinted, np.diag(variances))
+    return answer(searcher, moment, Hint(moment.stamp, hinted, np.diag(variances)))
+
+
+def answer(searcher: Searcher, moment: Moment, hint: Hint) -> HintTrial:
+    """Give a robot that knows nothing a hint."""
     search, odom = searcher.hints, moment.odom_from_base
     state, _ = search.receive(SearchState(), hint, moment.stamp, odom)
     begun, found, now = time.thread_time(), None, moment.stamp
@@ -110,7 +116,8 @@ def hint_trial(
     degrees = np.rad2deg(wrap_angle(best.yaw - moment.truth.yaw))
     scores = ", ".join(f"{c.score:.0%}" for c in found.candidates)
     story = f"{moment.stamp / SECOND:.1f} s: {found.verdict} {far:.2f} m, {degrees:.1f} degrees off; {scores}"
-    return HintTrial(found.verdict, right(best, moment.truth), seconds, story)
+    explained = found.candidates[0].score
+    return HintTrial(found.verdict, right(best, moment.truth), seconds, story, explained)
 
 
 @dataclass(frozen=True, slots=True)

@@ -12,6 +12,7 @@ from benchmarks.localization.searching import (
     MOST_WAY,
     HintTrial,
     Kidnapping,
+    answer,
     hint_trial,
     kidnap_trial,
     searcher_of,
@@ -22,7 +23,8 @@ from localization.config import LocalizerConfig
 from localization.evaluation.fault_injection import Clutter, occluded
 from localization.matching.matchers import Matcher
 from localization.pipeline.localizer import Localizer
-from localization.types import SECOND
+from localization.relocalization.relocalizer import ALMOST_ALL
+from localization.types import SECOND, Hint, Pose
 from robot_sim import MOUNTS
 
 BUILDINGS = tuple(f"building-{seed}-400" for seed in range(701, 705))
@@ -32,6 +34,8 @@ LARGE = tuple(f"building-{seed}-2000" for seed in (901, 902))
 HEIGHT = float(MOUNTS["laser_horizontal"].position[2])
 SECONDS = 200.0
 """Of a drive whose sweeps are drawn from [s]: half of a building's tour or more."""
+_ELSEWHERE = 6.0
+"""A wrong place is farther from the right one than this [m], so that no window around it holds both."""
 LEFT = 100
 """Sweeps that are left after any kidnapping: 3 m at walking pace, and some for turning."""
 
@@ -105,6 +109,27 @@ def _of_hints(condition: Condition, trials: Sequence[HintTrial]) -> Iterator[Fig
     yield Figure(case, OURS, "computing, p50", float(np.median(cost)), "ms", n)
     p99 = float(np.percentile(cost, 99))
     yield Figure(case, OURS, "computing, p99", p99, "ms", n, most=250.0)
+
+
+def wrong_hints(per_scene: int = 80) -> Iterator[Figure]:
+    """Hints to another place, as of an operator who mistakes one room for another."""
+    rng = np.random.default_rng(6)
+    for condition in CONDITIONS:
+        trials: list[HintTrial] = []
+        for seed, scene in enumerate(("office", *BUILDINGS), start=51):
+            drive = moments(scene, seed, condition)
+            searcher = searcher_of(map_of(scene), HEIGHT)
+            places = np.array([moment.truth.position[:2] for moment in drive])
+            for i in rng.integers(0, len(drive), per_scene).tolist():
+                far = np.flatnonzero(np.hypot(*(places - places[i]).T) > _ELSEWHERE)
+                there = drive[int(rng.choice(far))].truth
+                hinted = Pose.planar(*there.position[:2], float(rng.uniform(-np.pi, np.pi)))
+                hint = Hint(drive[i].stamp, hinted, np.zeros((6, 6)))
+                trials.append(answer(searcher, drive[i], hint))
+        case, n = f"hint to a wrong place, {condition.name}", len(trials)
+        yield share(case, OURS, "accepted", sum(t.wrong for t in trials), n)
+        full = sum(t.wrong and t.explained >= ALMOST_ALL for t in trials)
+        yield share(case, OURS, "accepted and trusted", full, n)
 
 
 def kidnapped() -> Iterator[Figure]:

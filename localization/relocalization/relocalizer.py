@@ -31,7 +31,7 @@ from localization.types import SECOND, Hint, HintVerdict, Mounts, Pose, Sweep, V
 _DEFAULT_HEIGHT = 0.3
 """Height of the floor plan for a robot without a horizontal scanner [m]."""
 
-_ALMOST_ALL = 0.9
+ALMOST_ALL = 0.9
 """A place near a hint that explains a smaller share of the sweep is suspect until the whole map has been searched, or
 metres agree: another room, much like the one that an operator mistook for it, may explain more."""
 
@@ -350,7 +350,7 @@ class Relocalizer:
             state = _found(state)
             best = result.candidates[0]
             placement = Placement(best.map_from_base, result.reason, result.unseen)
-            if best.score < _ALMOST_ALL:
+            if best.score < ALMOST_ALL:
                 placement = replace(placement, explained=best.score)
                 state = _to_check(state) if self._by_itself else state
         elif result.verdict is Verdict.AMBIGUOUS:
