@@ -123,7 +123,8 @@ def wrong_hints(per_scene: int = 80) -> Iterator[Figure]:
             for i in rng.integers(0, len(drive), per_scene).tolist():
                 far = np.flatnonzero(np.hypot(*(places - places[i]).T) > _ELSEWHERE)
                 there = drive[int(rng.choice(far))].truth
-                hinted = Pose.planar(*there.position[:2], float(rng.uniform(-np.pi, np.pi)))
+                x, y = there.position[:2].tolist()
+                hinted = Pose.planar(x, y, float(rng.uniform(-np.pi, np.pi)))
                 hint = Hint(drive[i].stamp, hinted, np.zeros((6, 6)))
                 trials.append(answer(searcher, drive[i], hint))
         case, n = f"hint to a wrong place, {condition.name}", len(trials)
