@@ -280,7 +280,15 @@ class HintSearch:
     def _as_good(self, claimed: Candidate, candidates: tuple[Candidate, ...]) -> bool:
         """Return whether a place explains a sweep, and no other surely does so better."""
         best = max((c.evidence for c in candidates), default=0.0)
-        return claimed.evidence >= 0.0 and not self._sure(best - claimed.evidence)
+        return self._fits([claimed]) and not self._sure(best - claimed.evidence)
+
+    def _fits(self, places: Sequence[Candidate]) -> bool:
+        """Return whether one of some places is more probable than none, or the best, near a hint, mostly fits.
+
+        Behind much that has changed, as glass that the map has as walls, sweeps speak against the right place too.
+        """
+        probable = sum(probabilities([place.evidence for place in places])) >= 0.5
+        return probable or any(place.score > self._weighing.belief.mostly for place in places[:1])
 
     def _sure(self, odds: float) -> bool:
         return Belief(odds).sure(self._weighing.belief)
@@ -293,7 +301,7 @@ class HintSearch:
         moved: Pose,
     ) -> tuple[Verdict, str]:
         c = self.config
-        if sum(probabilities([one.evidence for one in candidates])) < 0.5:
+        if not self._fits(candidates):
             return Verdict.REJECTED, _nothing_there(task.window, candidates)
         best, others = candidates[0], list(candidates[1:])
         if current is not None:
