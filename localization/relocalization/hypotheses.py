@@ -181,8 +181,10 @@ class Hypotheses:
         moved = self.odom_from_base.inverse() @ odom_from_base
         way = float(np.hypot(moved.position[0], moved.position[1]))
         weighed = all(p.evidence for p in self.places)
-        if weighed and way < config.step and abs(moved.yaw) < config.turn:
-            return self, self._decided(odom_from_base, weighing.belief)
+        near = weighed and way < config.step and abs(moved.yaw) < config.turn
+        # Wheels may have led astray since the search, so that a place is taken only where the newest sweep has settled.
+        if near and not self._decided(weighing.belief):
+            return self, None
         places: list[Hypothesis] = []
         # Last, that which is the estimate: it must not take the place of another.
         for place in sorted(self.places, key=lambda p: p.present):
@@ -212,14 +214,12 @@ class Hypotheses:
                 kept.append(place)
         distance = self.distance + way
         left = replace(self, places=tuple(kept), odom_from_base=odom_from_base, distance=distance)
-        return left, left._decided(odom_from_base, weighing.belief)
+        return left, left.candidates(odom_from_base)[0] if left._decided(weighing.belief) else None
 
-    def _decided(self, odom_from_base: Pose, belief: BeliefConfig) -> Candidate | None:
-        """Return the place that is believed, as of now, or None."""
+    def _decided(self, belief: BeliefConfig) -> bool:
+        """Return whether the best place is believed."""
         best, *others = self.places
-        if not all(_surely(best.advantage(p), belief) for p in (*others, None)):
-            return None
-        return self.candidates(odom_from_base)[0]
+        return all(_surely(best.advantage(p), belief) for p in (*others, None))
 
 
 def _surely(advantage: float, belief: BeliefConfig) -> bool:

@@ -309,14 +309,13 @@ def old_pose_published() -> None:
     object.__setattr__(topic, "build", build)
 
 
-@mutant
-def first_place_believed() -> None:
-    """A search believes its first place, whatever speaks for others."""
-    patch(
-        Hypotheses,
-        "_decided",
-        lambda self, odom_from_base, belief: self.candidates(odom_from_base)[-1],
-    )
+@around(Hypotheses, "compared")
+def any_place_believed(
+    original: Any, self: Hypotheses, sweep: Sweep, odom_from_base: Pose, *rest: Any, **more: Any
+) -> tuple[Hypotheses, Candidate | None]:
+    """A search believes one of its places, whatever speaks for others."""
+    left, _ = original(self, sweep, odom_from_base, *rest, **more)
+    return left, left.candidates(odom_from_base)[-1] if left.places else None
 
 
 @around(JumpDetector, "compared")
