@@ -26,8 +26,8 @@ _PLANAR = {"forward", "sideways", "yaw"}
 _CONSISTENT = ScanConsistency(0.0, 0.0, 0.0, 0.0)
 _MOST_OF_ONE = 0.4
 """Weight of one sweep in the averages over about a second, at most, however rare sweeps are."""
-_NOTHING = ScanConsistency(1.0, 0.0, 0.0, 0.0)
-"""Agreement with the map of a sweep without a return."""
+_NOTHING = ScanConsistency(1.0, 0.0, 1.0, 0.0)
+"""Agreement with the map of a sweep without a return: all beams pass through what is mapped."""
 _SUSPECT = -1.0
 """Odds, as a logarithm, of a pose that is suspect, but not lost."""
 _CHANGED = "what is seen changed at once: was the robot carried?"

@@ -9,7 +9,7 @@ import numpy as np
 
 @dataclass(frozen=True, slots=True)
 class SearchConfig:
-    """How the map is searched, and what counts as found."""
+    """How the map is searched, and what counts as one place."""
 
     step: float = 0.10
     """Distance between candidate positions [m]; the floor plan's cells are half as large."""
