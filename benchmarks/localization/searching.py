@@ -143,8 +143,8 @@ class Kidnapping:
 def kidnap_trial(searcher: Searcher, moments: Sequence[Moment]) -> Kidnapping:
     """Search the whole map with the first sweep and discriminate between the places by the next ones.
 
-    As the localiser does: what is found is believed only after some way, and if no place is left the
-    search begins anew.
+    As the localiser does: what is found is believed once it is surely better than the rest, and if no place is left
+    the search begins anew.
     """
     settings, weighing = HypothesesConfig(), searcher.weighing
     begin = moments[0]
