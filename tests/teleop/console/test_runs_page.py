@@ -112,7 +112,7 @@ async def test_replay_shows_alarms_at_their_moments_and_where_the_place_was_doub
             await page.wait_for_timeout(2000)
             await page.keyboard.press("Escape")
             await says(page, "E-stop", within=".panel-alarms")
-            robot.carry(3.0, 8.0, 0.0)
+            robot.carry(-5.0, -5.0, 0.0)  # Outside of the map, where it stays lost.
             await says(page, "does not know where it is", within=".panel-alarms")
             await page.wait_for_timeout(1000)
         alarms = page.locator(".panel-alarms")
