@@ -71,6 +71,8 @@ class SlipDetector(NamedTuple):
     """The thresholds."""
     slip_until: int = -1
     """The wheels are distrusted before this stamp [ns]."""
+    slip_since: int = -1
+    """Stamp of the first sign of slip in the present stretch of time in which they are [ns]."""
     rolling_speed: float = 0.0
     """Forward speed that the wheels rolled when they were read last [m/s]."""
     rolled: float = 0.0
@@ -115,6 +117,17 @@ class SlipDetector(NamedTuple):
         """Return whether the wheels are distrusted at a stamp [ns]."""
         return now < self.slip_until
 
+    def shows(self, now: int) -> bool:
+        """Return whether to say at a stamp [ns] that the wheels slip.
+
+        Displacements that a base counts itself stall and catch up, and only what contradicts them for longer is slip.
+        """
+        if not self.config.sensors.displaced:
+            return self.slipping(now)
+        return (
+            self.slipping(now) and self.slip_until - self.slip_since >= 2 * self.config.slip_memory
+        )
+
     def distrusted(self, now: int) -> SlipDetector:
         """Return the detector after a sign of slip at a stamp [ns]."""
         until = now + self.config.slip_memory
@@ -123,6 +136,7 @@ class SlipDetector(NamedTuple):
         sigma = self.config.wheel_speed_noise
         return self._replace(
             slip_until=until,
+            slip_since=now,
             trusted_speed=self.last_speed,
             speed_sigma=sigma,
             felt_sigma=0.0,

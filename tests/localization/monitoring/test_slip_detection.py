@@ -6,6 +6,7 @@ import pytest
 from localization.config import LocalizerConfig
 from localization.filter.ekf import initial_state
 from localization.monitoring.slip_detection import SlipDetector
+from localization.motion.sensor_configuration import Motion, SensorConfiguration
 from localization.types import SECOND, Pose
 
 COVARIANCE = np.diag(np.square([0.0057, 0.0049, 0.002]))
@@ -92,6 +93,18 @@ def test_wheels_are_distrusted_for_as_long_as_the_map_contradicts_them(
         detector = detector.shown_by_map(0.06, 0.1, 0.02, now)
     assert detector.slipping(4 * memory) is still
     assert not detector.slipping(6 * memory)
+
+
+@pytest.mark.parametrize(("stalled", "slips"), [(2, False), (5, True)])
+def test_displacements_that_stall_and_catch_up_are_no_slip(stalled: int, slips: bool) -> None:
+    config = LocalizerConfig.of(SensorConfiguration(Motion.ODOMETRY))
+    detector, step = SlipDetector(config), config.slip_memory // 4
+    for k in range(1, stalled + 1):
+        detector = detector.distrusted(k * step)
+    now = stalled * step
+    assert detector.slipping(now)
+    assert detector.shows(now) is slips
+    assert not detector.shows(now + config.slip_memory)
 
 
 def test_map_that_shows_centimetres_to_and_fro_does_not_contradict_the_wheels() -> None:
