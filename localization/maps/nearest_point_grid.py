@@ -7,18 +7,18 @@ to few points and numbers them itself, so a cell takes one byte.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
-import numpy as np
-import numpy.typing as npt
-
+from localization.compiled import (
+    BITS,
+    CodeArray,
+    GridArrays,
+    IndexArray as IndexArray,
+    nearest_points,
+)
 from localization.geometry import FloatArray
 
-IndexArray = npt.NDArray[np.int32]
-CodeArray = npt.NDArray[np.unsignedinteger]
-
-_BITS = 3
-BLOCK = 1 << _BITS
+BLOCK = 1 << BITS
 """Number of cells along the edge of a block."""
 
 
@@ -39,6 +39,13 @@ class NearestGrid:
     owners: IndexArray
     """Indices of cloud points (M,); each block's list begins with -1, for no point."""
 
+    arrays: GridArrays = field(init=False, repr=False)
+    """The same as loops take it."""
+
+    def __post_init__(self) -> None:
+        arrays = (self.origin, self.cell, self.directory, self.blocks, self.first, self.owners)
+        object.__setattr__(self, "arrays", GridArrays(*arrays))
+
     @property
     def nbytes(self) -> int:
         """Size of all arrays [bytes]."""
@@ -49,37 +56,4 @@ class NearestGrid:
 
         The result is exact for the centre of the point's cell.
         """
-        return self._at(*points.T)
-
-    def nearest_around(self, points: FloatArray) -> IndexArray:
-        """Return the same (4, N) for the places half a cell off each point (N, 3) [m] to both sides, in x and y.
-
-        These are the four cells whose centres, at the height of the point's own cell, are nearest to it.
-        """
-        x, y, z = points.T
-        aside = np.array([[-0.5 * self.cell], [0.5 * self.cell]])
-        return self._at((x + aside)[:, None], y + aside, z).reshape(4, len(points))
-
-    def _at(self, *places: FloatArray) -> IndexArray:
-        """Return the index for places x, y, z [m], three arrays that are broadcast.
-
-        What one axis decides is computed before that, on the smaller arrays.
-        """
-        beyond, block_at, within = [], [], []
-        with np.errstate(invalid="ignore"):
-            for place, low, blocks in zip(places, self.origin, self.directory.shape, strict=True):
-                cell = np.floor((place - low) / self.cell).astype(np.int64)
-                # As unsigned integers, negative indices are beyond the limit, so one comparison finds both sides.
-                out = cell.view(np.uint64) >= np.uint64(blocks << _BITS)
-                cell[out] = 0
-                beyond.append(out)
-                block_at.append(cell >> _BITS)
-                within.append(cell & (BLOCK - 1))
-        _, ny, nz = self.directory.shape
-        where = block_at[0] * (ny * nz) + (block_at[1] * nz + block_at[2])
-        inside = (within[0] << 2 * _BITS) + ((within[1] << _BITS) + within[2])
-        block = self.directory.ravel().take(where)
-        code = self.blocks.ravel().take((block.astype(np.int64) << 3 * _BITS) + inside)
-        found: IndexArray = self.owners.take(self.first.take(block) + code)
-        found[beyond[0] | (beyond[1] | beyond[2])] = -1
-        return found
+        return nearest_points(points, self.arrays)

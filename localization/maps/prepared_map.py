@@ -11,6 +11,7 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
+from localization.compiled import CloudArrays, nearest_points_of_four
 from localization.geometry import FloatArray
 from localization.maps.cloud import Cloud
 from localization.maps.ground_height import Ground, ground_of
@@ -42,6 +43,14 @@ class PreparedMap:
     """(N,) index of the nearest point of a thin wall's other face, -1 for other points; empty if there are no thin
     walls."""
 
+    arrays: CloudArrays = field(init=False, repr=False)
+    """What loops take of it."""
+
+    def __post_init__(self) -> None:
+        cloud, grid = self.cloud, self.grid.arrays
+        arrays = CloudArrays(grid, cloud.points, cloud.normals, self.behind)
+        object.__setattr__(self, "arrays", arrays)
+
     def nearest(self, points: FloatArray) -> IndexArray:
         """Return for each point (N, 3) [m] the index of the nearest cloud point; -1 if none is in reach.
 
@@ -50,13 +59,7 @@ class PreparedMap:
         to the same side. Here the nearest to the four cell centres around each point are compared with it; the
         rows of such a map are alike in height.
         """
-        index = self.grid.nearest_around(points)
-        offset = self.cloud.points.take(index, axis=0) - points
-        square = np.einsum("cij,cij->ci", offset, offset)
-        square[index < 0] = np.inf
-        best = square.argmin(axis=0)
-        found: IndexArray = index[best, np.arange(len(points))]
-        return found
+        return nearest_points_of_four(points, self.arrays)
 
     def contains(self, x: float, y: float, *, margin: float = 0.0) -> bool:
         """Return whether (x, y) [m] lies in the cloud's bounds, grown by ``margin`` [m]."""

@@ -17,6 +17,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from localization.compiled import plane_distances, robust_weights
 from localization.filter.covariance import pose_covariance
 from localization.filter.pose_error import LEVER, difference
 from localization.geometry import FloatArray, hat, so3_exp
@@ -128,64 +129,18 @@ def residuals(
     """
     rotation, position = map_from_base.rotation, map_from_base.position
     arms, scanners = sweep.points @ rotation.T, sweep.origins @ rotation.T
-    points = arms + position
-    index = world.nearest(points) if rough else world.grid.nearest(points)
-    normals = world.cloud.normals.take(index, axis=0).astype(float)
-    offset = points - world.cloud.points.take(index, axis=0)
-    # The scanner seen from the nearest point, and its distance from the plane there.
-    back = scanners - arms + offset
-    scanner_distance = np.einsum("ij,ij->i", normals, back)
-    culled = index < 0
-    if backface_culling:
-        culled |= scanner_distance <= 0.0
-        if len(world.behind):
-            # Of a thin wall the face is meant that the scanner sees.
-            thin = np.flatnonzero(culled & (world.behind.take(index) >= 0) & (index >= 0))
-            other = world.behind[index[thin]]
-            back[thin] -= offset[thin]
-            index[thin], normals[thin] = other, world.cloud.normals[other]
-            offset[thin] = points[thin] - world.cloud.points[other]
-            back[thin] += offset[thin]
-            scanner_distance[thin] = np.einsum("ij,ij->i", normals[thin], back[thin])
-            culled[thin] = scanner_distance[thin] <= 0.0
-    distance = np.einsum("ij,ij->i", normals, offset)
-    across = distance - scanner_distance
-    distance[culled] = np.nan
-    jacobian = _jacobian(arms, normals, rotation)
-    beyond = world.cut_below(points)
+    distance, jacobian, index, across, along, aside = plane_distances(
+        arms, scanners, position, rotation, world.arrays, backface_culling, rough
+    )
+    beyond = world.cut_below(arms + position)
     if not rough:
         return Residuals(distance, jacobian, index, across, beyond=beyond)
-    level = np.hypot(normals[:, 0], normals[:, 1])
-    upright = level > _UPRIGHT
-    tangent = np.zeros_like(normals)
-    np.divide(-normals[:, 1], level, out=tangent[:, 0], where=upright)
-    np.divide(normals[:, 0], level, out=tangent[:, 1], where=upright)
-    along = np.einsum("ij,ij->i", tangent, offset)
-    aside = _jacobian(arms, tangent, rotation)
     return Residuals(distance, jacobian, index, across, along, aside, beyond)
 
 
 GRAZING = 0.1
 """Sine of the incidence, 6 degrees, below which a beam says the less of a surface: a transversal scanner under the edge of
 a wall that it stands parallel to sees the ceiling, and a level one whose tilt only the ground constrains the floor."""
-_UPRIGHT = 0.8
-"""Horizontal part of the normal of an upright surface, at least: within 37 degrees of the vertical."""
-
-
-def _jacobian(arms: FloatArray, directions: FloatArray, rotation: FloatArray) -> FloatArray:
-    """Return the derivative (N, 6) of the components of points along directions (N, 3) in the map.
-
-    d(n . R Exp(t) p)/dt = (p x R'n)' = (R' (Rp x n))'; ``arms`` (N, 3) are the points Rp.
-    """
-    # Column by column: each lies in one piece, as all that is computed from it wants it.
-    columns, turned = np.empty((6, len(arms))), np.empty((3, len(arms)))
-    columns[:3] = directions.T
-    (ax, ay, az), (nx, ny, nz) = arms.T, columns[:3]
-    turned[0] = ay * nz - az * ny
-    turned[1] = az * nx - ax * nz
-    turned[2] = ax * ny - ay * nx
-    np.matmul(rotation.T, turned, out=columns[3:])
-    return columns.T
 
 
 def register(
@@ -277,6 +232,9 @@ def adapted(config: RegistrationConfig, noise: MapNoise) -> RegistrationConfig:
     )
 
 
+_NOTHING = np.zeros(0)
+
+
 def _first_kernel(covariance: FloatArray, config: RegistrationConfig, *, rough: bool) -> float:
     scaled = np.diag(covariance) * np.array([1, 1, 1, LEVER**2, LEVER**2, LEVER**2])
     # Two sigma of the least known direction; an angle counts by what it moves at the lever.
@@ -300,12 +258,8 @@ def _weights(
     incidence: beams that run along a wall meet what is beside it. Under a wide kernel the heading may be off by more
     than such an incidence, which then says nothing.
     """
-    inside = np.abs(seen.distance) < config.gate * kernel
-    square = np.where(inside, seen.distance, 0.0) ** 2
-    if seen.along is not None:
-        square += config.tangential * seen.along**2
-    # Geman-McClure: (k^2 / (k^2 + r^2))^2.
-    weight: FloatArray = np.where(inside, (kernel**2 / (kernel**2 + square)) ** 2, 0.0)
+    along = seen.along if seen.along is not None else _NOTHING
+    weight = robust_weights(seen.distance, along, config.tangential, kernel, config.gate * kernel)
     if seen.along is None and kernel <= config.kernel:
         weight *= np.minimum(1.0, np.abs(seen.across) / (GRAZING * lengths)) ** 2
     if seen.along is None and len(world.spread):

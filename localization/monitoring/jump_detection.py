@@ -10,8 +10,9 @@ from dataclasses import dataclass, field
 from typing import Final
 
 import numpy as np
-from scipy.spatial import cKDTree
 
+from localization.compiled import share_near
+from localization.geometry import FloatArray
 from localization.types import Pose, Sweep
 
 
@@ -50,7 +51,7 @@ class JumpDetector:
 
     config: JumpDetectionConfig = field(default_factory=JumpDetectionConfig)
     """The thresholds."""
-    seen: cKDTree | None = None
+    seen: FloatArray | None = None
     """Points (N, 2) of the last sweep in ``odom`` [m]; None before the first."""
     stamp: int = 0
     """Time of the last sweep [ns]."""
@@ -63,12 +64,10 @@ class JumpDetector:
             odom_from_base: at its stamp.
         """
         c = self.config
-        flat = odom_from_base.apply(sweep.points[sweep.horizontal])[:, :2]
+        flat = np.ascontiguousarray(odom_from_base.apply(sweep.points[sweep.horizontal])[:, :2])
         if len(flat) < c.points:
             return self, None
-        # A tree that is asked once pays for no balance.
-        tree = cKDTree(flat, balanced_tree=False, compact_nodes=False)
-        after = JumpDetector(c, tree, sweep.stamp)
+        after = JumpDetector(c, flat, sweep.stamp)
         return after, self._change(after)
 
     def _change(self, after: JumpDetector) -> Change | None:
@@ -81,9 +80,8 @@ class JumpDetector:
         return Change(1.0 - min(old, again), old < c.min_overlap)
 
 
-def _overlap(points: cKDTree, others: cKDTree, near: float) -> float:
+def _overlap(points: FloatArray, others: FloatArray, near: float) -> float:
     """Return the share of some of the points that have another one near [m]."""
-    count = min(_COMPARED, points.n)
-    some = points.data[np.linspace(0, points.n - 1, count).astype(np.int64)]
-    far, _ = others.query(some, distance_upper_bound=near)
-    return float(np.mean(np.isfinite(far)))
+    count = min(_COMPARED, len(points))
+    some = points[np.linspace(0, len(points) - 1, count).astype(np.int64)]
+    return share_near(some, others, near)

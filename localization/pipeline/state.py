@@ -34,6 +34,13 @@ class LastSweep:
     """Pose at that time, corrected by the sweep."""
     listened: int = 0
     """Time listened until then [ns]."""
+    velocity: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    """Forward and to the left [m/s], and turning [rad/s], since the sweep before it."""
+
+    def moved_on(self, seconds: float) -> Pose:
+        """Return ``base_then_from_base_now`` of a robot that went on at that velocity."""
+        ahead, left, turned = (seconds * rate for rate in self.velocity)
+        return Pose.planar(ahead, left, turned)
 
     def before(self, map_from_base: Pose, odom_from_base: Pose) -> LastSweep:
         """Return the last sweep of a robot that is found somewhere: odometry leads back to where it was then.

@@ -102,7 +102,15 @@ def corrected_by_sweep(
         filter_ = update_relative(state.filter, before.map_from_base, *observed, _NONE_USED)
         state = state._replace(filter=filter_)
     state = _with_way_since_placement(state, observed, sweep.stamp, config)
-    last = LastSweep(sweep.stamp, state.odom_from_base, state.filter.pose, state.listening.total)
+    way = before.map_from_base.inverse() @ state.filter.pose
+    rates = np.array([*way.position[:2], way.yaw]) / max(elapsed, 1e-3)
+    last = LastSweep(
+        sweep.stamp,
+        state.odom_from_base,
+        state.filter.pose,
+        state.listening.total,
+        tuple(rates.tolist()),
+    )
     agreed = state.agreed if state.slip.slipping(sweep.stamp) else last
     return state._replace(filter=mark(state.filter), last=last, agreed=agreed), registration
 
@@ -119,6 +127,9 @@ def _observed_motion(
             kiss, observed = r.kiss.repeat(kiss, record.view)
         else:
             moved = state.last.odom_from_base.inverse() @ state.odom_from_base
+            if r.config.sensors.displaced and slip.slipping(record.sweep.stamp):
+                # A witness that begins where wheels lead that were wrong a moment ago may copy them.
+                moved = state.last.moved_on(elapsed)
             kiss, observed, record.view = r.kiss.add(kiss, record.sweep, moved)
     if observed is None:
         slip = slip.unobserved(elapsed, record.sweep.stamp)

@@ -129,7 +129,7 @@ def _best_along(
     def fits(at: Pose) -> _Fit:
         """Settle a pose. The share counts points within 10 cm; neighbours explain almost as much, but less closely."""
         seen, match = settled(sweep, world, at, registration)
-        seen, mapped = weighing.of(sweep, seen, match, every=True)
+        seen, mapped = weighing.of(sweep, seen, match)
         kernel2 = registration.kernel**2
         closeness = np.nan_to_num((kernel2 / (kernel2 + match.distances**2)) ** 2)
         return seen, closeness / max(mapped, weighing.belief.mostly), match

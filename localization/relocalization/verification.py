@@ -42,18 +42,15 @@ class Weighing:
     belief: BeliefConfig = field(default_factory=BeliefConfig)
     """What the classes say."""
 
-    def of(
-        self, sweep: Sweep, seen: Candidate, match: Match, *, every: bool = False
-    ) -> tuple[Candidate, float]:
+    def of(self, sweep: Sweep, seen: Candidate, match: Match) -> tuple[Candidate, float]:
         """Return a place where a match has settled a sweep with the evidence of that, and the share that is mapped there.
 
         Args:
             sweep: points in ``base_link``.
             seen: the place.
             match: the registration there.
-            every: whether each unexplained beam is traced, as for neighbours a decimetre apart.
         """
-        found = self.beams.classify(sweep, seen.map_from_base, match.distances, every=every)
+        found = self.beams.classify(sweep, seen.map_from_base, match.distances)
         if found is None:
             return seen, 1.0
         return replace(seen, evidence=evidence_of(found, self.belief)), 1.0 - found.unmapped
