@@ -11,7 +11,7 @@ from dataclasses import dataclass, field
 
 from localization.compiled import (
     BITS,
-    CodeArray,
+    CodeArray as CodeArray,
     GridArrays,
     IndexArray as IndexArray,
     nearest_points,
