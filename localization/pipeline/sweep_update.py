@@ -245,16 +245,19 @@ def _registered_by_witnesses(
     share: float,
     r: Resources,
 ) -> tuple[FilterState, Match, float]:
-    """Register a sweep from where the wheels say the robot is, and from where KISS-ICP says so.
+    """Register a sweep from where the wheels say the robot is, from where KISS-ICP says so, and as if it had gone on.
 
-    One of them is wrong, and neither knows which. Their difference is a possible error of both, and the map
-    decides.
+    One of the two is wrong, and neither knows which; where wheels stall in a turn, KISS-ICP may have begun too far off.
+    Their difference is a possible error of all, and the map decides.
 
     Returns:
-        The filter that predicts the better of the two matches, the match and its NIS.
+        The filter that predicts the best of the matches, the match and its NIS.
     """
     best: tuple[FilterState, Match, float] | None = None
-    for filter_ in between(state.filter, state.last.map_from_base, observed[0]):
+    last = state.last
+    rolled, seen = between(state.filter, last.map_from_base, observed[0])
+    on = last.map_from_base @ last.moved_on((record.sweep.stamp - last.stamp) / SECOND)
+    for filter_ in (rolled, seen, replace(rolled, pose=on)):
         match, nis = _registered(filter_, replace(record, match=None), matcher, share, r)
         if best is None or match.inlier_ratio > best[1].inlier_ratio + _SAMPLING:
             best = filter_, match, nis

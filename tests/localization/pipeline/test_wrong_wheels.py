@@ -100,6 +100,24 @@ def test_odometry_that_stalls_in_a_turn_and_then_catches_up_is_not_counted_twice
     assert followed.searched == 0, summary(followed)
 
 
+@pytest.mark.parametrize(("speed", "scans"), [(0.8, 3), (1.2, 2)])
+def test_odometry_that_stalls_time_and_again_is_neither_followed_nor_called_slip(
+    grid: PreparedMap, speed: float, scans: int
+) -> None:
+    """Every two seconds some scans repeat one pose of the odometry, on the straight and in turns."""
+    drive = Drive(OFFICE, LAP_START, *lap(speed), begin=BEGIN)
+    log, every, lasts = moments(OFFICE, drive, Wheels()), 10 * scans, 2 * scans
+    begun = [i - i % every for i in range(len(log))]
+    log = [
+        replace(m, odometry=log[b].odometry) if b and i - b < lasts else m
+        for i, (b, m) in enumerate(zip(begun, log, strict=True))
+    ]
+    followed = follow(grid, drive, log)
+    assert followed.off.max() < 0.2, summary(followed)
+    assert followed.searched == 0, summary(followed)
+    assert followed.share(Health.TRACKING) > 0.98, summary(followed)
+
+
 @pytest.mark.parametrize(("speed", "every"), [(0.6, 10), (0.6, 20), (0.33, 30)])
 def test_scans_a_metre_apart_are_enough_to_track_the_robot(
     grid: PreparedMap, speed: float, every: int

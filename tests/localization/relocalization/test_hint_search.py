@@ -169,7 +169,7 @@ def test_place_that_is_known_is_accepted_where_others_in_its_window_look_like_it
 
 @pytest.mark.slow
 def test_neighbour_that_fits_as_closely_is_another_place_however_near_it_is() -> None:
-    true, dense = Pose.planar(0.07, 0.0, 0.0), pillars(0.25)
+    true, dense = Pose.planar(0.2, 0.0, 0.0), pillars(0.25)
     found = settle(search_of(dense.prepared()), a_hint(true, sigma=0.25), dense, true)
     assert found.verdict is Verdict.AMBIGUOUS, found.reason
     assert found.reason.startswith("two places 0.")
