@@ -127,9 +127,6 @@ def _observed_motion(
             kiss, observed = r.kiss.repeat(kiss, record.view)
         else:
             moved = state.last.odom_from_base.inverse() @ state.odom_from_base
-            if r.config.sensors.displaced and slip.slipping(record.sweep.stamp):
-                # A witness that begins where wheels lead that were wrong a moment ago may copy them.
-                moved = state.last.moved_on(elapsed)
             kiss, observed, record.view = r.kiss.add(kiss, record.sweep, moved)
     if observed is None:
         slip = slip.unobserved(elapsed, record.sweep.stamp)
@@ -172,8 +169,10 @@ def _matched(
     now, ekf = record.sweep.stamp, r.config.ekf
     share, relative = _share(state, elapsed, config), observed
     contradicted = observed is not None and _contradicts(state, observed, config)
-    if observed is not None and contradicted:
-        slip, relative = slip.distrusted(now), None
+    # A witness that begins where wheels lead that were wrong a moment ago may copy them.
+    copied = config.sensors.displaced and slip.slipping(now)
+    if observed is not None and (contradicted or copied):
+        slip, relative = slip.distrusted(now) if contradicted else slip, None
         filter_, match, nis = _registered_by_witnesses(state, observed, record, matcher, share, r)
     else:
         if observed is not None and config.sensors.displaced:
@@ -248,7 +247,7 @@ def _registered_by_witnesses(
     """Register a sweep from where the wheels say the robot is, from where KISS-ICP says so, and as if it had gone on.
 
     One of the two is wrong, and neither knows which; where wheels stall in a turn, KISS-ICP may have begun too far off.
-    Their difference is a possible error of all, and the map decides.
+    Their difference is a possible error of all, and the map decides; that which nobody observed must clearly fit better.
 
     Returns:
         The filter that predicts the best of the matches, the match and its NIS.
@@ -257,9 +256,10 @@ def _registered_by_witnesses(
     last = state.last
     rolled, seen = between(state.filter, last.map_from_base, observed[0])
     on = last.map_from_base @ last.moved_on((record.sweep.stamp - last.stamp) / SECOND)
-    for filter_ in (rolled, seen, replace(rolled, pose=on)):
+    clearly = r.config.retry_gain
+    for filter_, gain in ((rolled, 0.0), (seen, _SAMPLING), (replace(rolled, pose=on), clearly)):
         match, nis = _registered(filter_, replace(record, match=None), matcher, share, r)
-        if best is None or match.inlier_ratio > best[1].inlier_ratio + _SAMPLING:
+        if best is None or match.inlier_ratio > best[1].inlier_ratio + gain:
             best = filter_, match, nis
     assert best is not None
     return best
