@@ -85,7 +85,12 @@ def _nearest(x: float, y: float, z: float, grid: GridArrays) -> int:
 
 @compiled
 def _nearest_of_four(x: float, y: float, z: float, cloud: CloudArrays) -> int:
-    """Return the nearest of the points nearest to the four cell centres around a place [m], at its height."""
+    """Return the nearest of the points nearest to the four cell centres around a place [m], at its height.
+
+    Where the points of a map lie as far apart as cells, as those of an occupancy grid do, the one nearest to the centre of
+    the place's own cell is another for one place in ten, and always to the same side. The rows of such a map are alike in
+    height.
+    """
     best, least, half = -1, np.inf, 0.5 * cloud.grid.cell
     for a in (-half, half):
         for b in (-half, half):
@@ -105,15 +110,6 @@ def nearest_points(points: FloatArray, grid: GridArrays) -> IndexArray:
     found = np.empty(len(points), dtype=np.int32)
     for n in range(len(points)):
         found[n] = _nearest(points[n, 0], points[n, 1], points[n, 2], grid)
-    return found
-
-
-@compiled
-def nearest_points_of_four(points: FloatArray, cloud: CloudArrays) -> IndexArray:
-    """Return the same by the four cells around each point: see ``PreparedMap.nearest``."""
-    found = np.empty(len(points), dtype=np.int32)
-    for n in range(len(points)):
-        found[n] = _nearest_of_four(points[n, 0], points[n, 1], points[n, 2], cloud)
     return found
 
 

@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
-from localization.compiled import CloudArrays, nearest_points_of_four
+from localization.compiled import CloudArrays
 from localization.geometry import FloatArray
 from localization.maps.cloud import Cloud
 from localization.maps.ground_height import Ground, ground_of
@@ -50,16 +50,6 @@ class PreparedMap:
         cloud, grid = self.cloud, self.grid.arrays
         arrays = CloudArrays(grid, cloud.points, cloud.normals, self.behind)
         object.__setattr__(self, "arrays", arrays)
-
-    def nearest(self, points: FloatArray) -> IndexArray:
-        """Return for each point (N, 3) [m] the index of the nearest cloud point; -1 if none is in reach.
-
-        ``grid.nearest`` is exact for the centres of its cells. Where the points of the map lie as far apart as
-        these, as those of an occupancy grid do, it is another than the nearest for one point in ten, and always
-        to the same side. Here the nearest to the four cell centres around each point are compared with it; the
-        rows of such a map are alike in height.
-        """
-        return nearest_points_of_four(points, self.arrays)
 
     def contains(self, x: float, y: float, *, margin: float = 0.0) -> bool:
         """Return whether (x, y) [m] lies in the cloud's bounds, grown by ``margin`` [m]."""
