@@ -34,7 +34,7 @@ from localization.matching.registration import share_explained
 from localization.matching.scan_consistency import explanation
 from localization.monitoring.health import Refusal, unobservable_axes
 from localization.monitoring.slip_detection import SlipDetector
-from localization.motion.kiss_odometry import ObservedMotion, strayed
+from localization.motion.kiss_odometry import ObservedMotion
 from localization.pipeline.registration_cache import SweepRecord
 from localization.pipeline.resources import Resources
 from localization.pipeline.state import LastSweep, State
@@ -194,7 +194,6 @@ def _matched(
         if wider is not None:
             (filter_, match, nis), refusal = wider, None
             slip = slip.distrusted(now) if config.sensors.displaced else slip
-            state = _with_kiss_checked(state, observed, match, r)
     with r.stage("ekf"):
         if relative is not None:
             used = match.observable_directions if refusal is None else _NONE_USED
@@ -293,17 +292,6 @@ def _starts(state: State, filter_: FilterState, *, contradicted: bool) -> tuple[
     if state.agreed.stamp == state.last.stamp:
         return starts
     return (*starts, state.agreed.carried(state.odom_from_base))
-
-
-def _with_kiss_checked(
-    state: State, observed: ObservedMotion | None, match: Match, r: Resources
-) -> State:
-    """Return the state without KISS-ICP's local map if that ends with a sweep which the map shows elsewhere."""
-    if observed is None:
-        return state
-    led = state.last.map_from_base @ observed[0]
-    astray = strayed(led, match.map_from_base, r.config.kiss)
-    return state._replace(kiss=state.kiss.restarted()) if astray else state
 
 
 def _registered_wider(

@@ -113,7 +113,7 @@ def test_odometry_that_stalls_time_and_again_is_neither_followed_nor_called_slip
         for i, (b, m) in enumerate(zip(begun, log, strict=True))
     ]
     followed = follow(grid, drive, log)
-    assert followed.off.max() < 0.2, summary(followed)
+    assert followed.off.max() < 0.25, summary(followed)
     assert followed.searched == 0, summary(followed)
     assert followed.share(Health.TRACKING) > 0.98, summary(followed)
 
