@@ -96,7 +96,7 @@ clean: ## Remove .venv and everything that was generated
 # The stamps are renewed only when what they depend on has changed.
 .venv/.env: pyproject.toml constraints.txt
 	@test -x $(BIN)/pip || { python=$$(tools/find-python $(PYTHON)) && "$$python" -m venv .venv; }
-	@echo "Installing what running needs into .venv: downloads 390 MB, takes 1.6 GB and a minute or more"
+	@echo "Installing what running needs into .venv: downloads 390 MB, takes 1.5 GB and a minute or more"
 	@$(INSTALL) '.[sim,operator,lan,camera,arm,servos]'
 	@touch $@
 
