@@ -104,7 +104,7 @@ def test_odometry_that_stalls_in_a_turn_and_then_catches_up_is_not_counted_twice
 def test_odometry_that_stalls_time_and_again_is_neither_followed_nor_called_slip(
     grid: PreparedMap, speed: float, scans: int
 ) -> None:
-    """Every two seconds some scans repeat one pose of the odometry, on the straight and in turns."""
+    """Every two or three seconds some scans repeat one pose of the odometry, on the straight and in turns."""
     drive = Drive(OFFICE, LAP_START, *lap(speed), begin=BEGIN)
     log, every, lasts = moments(OFFICE, drive, Wheels()), 10 * scans, 2 * scans
     begun = [i - i % every for i in range(len(log))]
