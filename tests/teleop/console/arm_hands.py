@@ -113,8 +113,8 @@ async def bring(page: Page, axis: int, to: float, *, plus: str, minus: str) -> N
     machine shows late where the tip is.
     """
     early = 0.003
-    for _ in range(8):
-        away = to - (await tip(page))[axis]
+    away = to - (await tip(page))[axis]
+    for _ in range(16):
         if abs(away) <= 0.004:
             return
         sign = 1.0 if away > 0.0 else -1.0
@@ -125,6 +125,7 @@ async def bring(page: Page, axis: int, to: float, *, plus: str, minus: str) -> N
         await hold_key_until(page, plus if away > 0.0 else minus, there, f"to {to}")
         beyond = sign * ((await standing(page))[axis] - to)
         early = max(0.003, min(early, abs(away)) + beyond)
+        away = to - (await tip(page))[axis]
     pytest.fail(f"not there: {await tip(page)}, axis {axis} to {to}")
 
 

@@ -79,7 +79,8 @@ async def test_run_is_recorded_by_a_button_and_scrubbed_on_the_same_page(
 
         (file,) = tmp_path.glob("*.mcap")  # noqa: ASYNC240
         await page.get_by_role("button", name="Back to the robot").click()
-        await soon(page.locator(".replay").wait_for(state="detached"))
+        # The page loads anew: what is dropped before it has begun would be lost.
+        await says(page, "Ready", within=".driving-status")
         await _drop(page, file.name, file.read_bytes())
         await says(page, f"Recorded run {file.name}")
         await _drop(page, "notes.txt", b"hello")
