@@ -1,13 +1,12 @@
-"""Rotations and rigid motions as plain arrays: exp, log, quaternions, interpolation.
+"""Rotations and rigid motions as plain arrays: exp, log, quaternions.
 
 Rotation matrices act on column vectors, quaternions are ``wxyz`` with unit norm, rotation vectors
-are axis times angle [rad]. Functions named ``*_many`` take a stack along the first axis.
+are axis times angle [rad].
 """
 
 from __future__ import annotations
 
 import math
-from itertools import pairwise
 
 import numpy as np
 import numpy.typing as npt
@@ -150,40 +149,3 @@ def yaw_from_rotation(rotation: FloatArray) -> float:
 def wrap_angle(angle: float) -> float:
     """Return the angle [rad] brought into [-pi, pi)."""
     return float((angle + np.pi) % (2.0 * np.pi) - np.pi)
-
-
-def interpolate_many(
-    times: npt.NDArray[np.int64],
-    knot_times: npt.NDArray[np.int64],
-    knot_positions: FloatArray,
-    knot_rotations: FloatArray,
-) -> tuple[FloatArray, FloatArray]:
-    """Interpolate a track of poses: positions linearly, rotations along the geodesic.
-
-    Args:
-        times: (N,) times of the wanted poses [ns], clamped to those of the knots.
-        knot_times: (K,) times of the knots [ns], strictly increasing, K >= 2.
-        knot_positions: (K, 3) positions of the knots [m].
-        knot_rotations: (K, 3, 3) rotations of the knots.
-
-    Returns:
-        Positions (N, 3) [m] and rotations (N, 3, 3).
-    """
-    k = np.clip(np.searchsorted(knot_times, times, side="right") - 1, 0, len(knot_times) - 2)
-    f = (times - knot_times[k]) / (knot_times[k + 1] - knot_times[k])
-    np.clip(f, 0.0, 1.0, out=f)
-    positions = knot_positions[k] + f[:, None] * (knot_positions[k + 1] - knot_positions[k])
-    # Of a long track only the few steps that the times fall into.
-    first, last = (int(k.min()), int(k.max())) if len(k) else (0, 0)
-    knots = knot_rotations[first : last + 2]
-    turns = np.array([so3_log(a.T @ b) for a, b in pairwise(knots)])
-    angles = np.sqrt(np.einsum("ij,ij->i", turns, turns))
-    axes = np.stack([hat(turn) for turn in turns / np.maximum(angles, _SMALL_ANGLE)[:, None]])
-    # R Exp(t a) = R + sin t R [a]x + (1 - cos t) R [a]x^2, with the products made once for each knot.
-    once = knots[:-1] @ axes
-    k -= first
-    angle = f * angles[k]
-    half = np.sin(0.5 * angle)
-    rotations = knots.take(k, axis=0) + np.sin(angle)[:, None, None] * once.take(k, axis=0)
-    rotations += (2.0 * half * half)[:, None, None] * (once @ axes).take(k, axis=0)
-    return positions, rotations

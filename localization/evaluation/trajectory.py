@@ -8,8 +8,9 @@ from typing import Self
 
 import numpy as np
 
+from localization.compiled.scans import interpolated
 from localization.errors import LocalizationError
-from localization.geometry import FloatArray, interpolate_many, rotation_from_quaternion
+from localization.geometry import FloatArray, rotation_from_quaternion
 from localization.types import Estimate, IntArray, Pose
 
 
@@ -103,7 +104,8 @@ class Trajectory:
         if len(self) < 2:
             index = np.zeros(len(stamps), dtype=np.int64)
             return self.positions[index], self.rotations[index]
-        positions, rotations = interpolate_many(stamps, self.stamps, self.positions, self.rotations)
+        positions, turned = interpolated(stamps, self.stamps, self.positions, self.quaternions_wxyz)
+        rotations = np.array([rotation_from_quaternion(row) for row in turned]).reshape(-1, 3, 3)
         index = np.minimum(np.searchsorted(self.stamps, stamps), len(self) - 1)
         exact = self.stamps[index] == stamps
         positions[exact], rotations[exact] = (

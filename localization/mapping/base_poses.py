@@ -44,9 +44,5 @@ class BasePoses:
         """
         if own is not None:
             pose = own.odom_from_base
-            stamps = [own.stamp - 1, own.stamp]
-            return OdometryTrack(
-                _MEMORY, tuple((stamp, pose.position, pose.rotation) for stamp in stamps)
-            )
-        pairs = zip(self._stamps, self._poses, strict=True)
-        return OdometryTrack(_MEMORY, tuple((s, p.position, p.rotation) for s, p in pairs))
+            return OdometryTrack(_MEMORY, ((own.stamp - 1, pose), (own.stamp, pose)))
+        return OdometryTrack(_MEMORY, tuple(zip(self._stamps, self._poses, strict=True)))

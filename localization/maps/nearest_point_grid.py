@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
-from localization.compiled import (
+from localization.compiled.surfaces import (
     BITS,
     CodeArray as CodeArray,
     GridArrays,

@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
-from localization.compiled import CloudArrays
+from localization.compiled.surfaces import CloudArrays
 from localization.geometry import FloatArray
 from localization.maps.cloud import Cloud
 from localization.maps.ground_height import Ground, ground_of

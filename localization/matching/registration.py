@@ -17,9 +17,15 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from localization.compiled import plane_distances, robust_weights
+from localization.compiled.surfaces import (
+    Scales,
+    aligned,
+    normal_equations,
+    plane_distances,
+    point_weights,
+)
 from localization.filter.covariance import pose_covariance
-from localization.filter.pose_error import LEVER, difference
+from localization.filter.pose_error import LEVER
 from localization.geometry import FloatArray, hat, so3_exp
 from localization.maps.map_noise import MapNoise
 from localization.maps.nearest_point_grid import IndexArray
@@ -89,12 +95,12 @@ class Residuals:
     """(N,) index of the nearest cloud point; -1 where there is none."""
     across: FloatArray
     """(N,) part of each beam along the surface's normal [m]; negative where the beam meets its front."""
-    along: FloatArray | None = None
+    along: FloatArray
     """(N,) signed distance from the nearest cloud point along its wall, horizontally [m]; 0 on surfaces that are
-    not upright. None unless the map is rough."""
-    along_jacobian: FloatArray | None = None
+    not upright. Empty unless the map is rough."""
+    along_jacobian: FloatArray
     """(N, 6) derivative of ``along``."""
-    beyond: np.typing.NDArray[np.bool_] | None = None
+    beyond: np.typing.NDArray[np.bool_]
     """(N,) whether the point lies above all that is mapped: a map that was cut there says nothing of it."""
 
     @property
@@ -104,9 +110,7 @@ class Residuals:
 
     def share_explained(self, within: float) -> float:
         """Return the share of the points on what is mapped that lie so near to it [m]; 0 without any."""
-        explained = np.abs(np.nan_to_num(self.distance, nan=np.inf)) < within
-        if self.beyond is not None:
-            explained = explained[~self.beyond]
+        explained = np.abs(self.distance[~self.beyond]) < within
         return float(explained.mean()) if len(explained) else 0.0
 
 
@@ -127,15 +131,11 @@ def residuals(
         backface_culling: whether points are not compared with surfaces seen from behind.
         rough: whether distances along walls are wanted too, and the nearest points exactly.
     """
-    rotation, position = map_from_base.rotation, map_from_base.position
-    arms, scanners = sweep.points @ rotation.T, sweep.origins @ rotation.T
-    distance, jacobian, index, across, along, aside = plane_distances(
-        arms, scanners, position, rotation, world.arrays, backface_culling, rough
+    position, rotation = map_from_base.position, map_from_base.rotation
+    found = plane_distances(
+        sweep.points, sweep.origins, position, rotation, world.arrays, backface_culling, rough
     )
-    beyond = world.cut_below(arms + position)
-    if not rough:
-        return Residuals(distance, jacobian, index, across, beyond=beyond)
-    return Residuals(distance, jacobian, index, across, along, aside, beyond)
+    return Residuals(*found, beyond=world.cut_below(map_from_base.apply(sweep.points)))
 
 
 GRAZING = 0.1
@@ -168,41 +168,39 @@ def register(
         CovarianceError: if the covariance is not finite, or has a negative variance in some direction.
     """
     # The covariance may be singular; the floor makes it invertible.
-    prior_information = np.linalg.inv(pose_covariance(covariance, "covariance of the prediction"))
-    pose = prior
+    known = np.linalg.inv(pose_covariance(covariance, "covariance of the prediction"))
     rough = world.noise.normal > config.rough
     config = adapted(config, world.noise)
-    kernel = _first_kernel(covariance, config, rough=rough)
-    least, lengths = _STEP_SHARE * config.sigma, sweep.beam_lengths()
-    for _ in range(config.iterations):
-        at, seen = pose, _seen(sweep, world, pose, config, rough=rough)
-        weight = _weights(seen, lengths, world, kernel, config)
-        if not rough:
-            weight *= _independent_share(weight, config)
-        hessian, gradient = _normal_equations(seen, weight, config)
-        departure = difference(prior, pose)
-        pull = gradient + prior_information @ departure
-        # One Gauss-Newton step of both terms; where a sweep sees one wall only, the prior makes it solvable.
-        step = -np.asarray(np.linalg.solve(prior_information + hessian, pull), dtype=float)
-        pose = Pose.from_rotation(pose.position + step[:3], pose.rotation @ so3_exp(step[3:]))
-        if kernel <= config.kernel and _size(step) < least:
-            # Half a millimetre on, the points would be seen as they are here.
-            return _conclude(sweep, world, at, seen, lengths, config, rough=rough)
-        # Wide first, so that points far off pull at all; narrow last, so that wrong ones do not.
-        kernel = max(config.kernel, 0.6 * kernel)
-    seen = _seen(sweep, world, pose, config, rough=rough)
+    position, rotation, *_ = found = aligned(
+        sweep.points,
+        sweep.origins,
+        lengths := sweep.beam_lengths(),
+        prior.position,
+        prior.rotation,
+        known.astype(np.float64),
+        world.arrays,
+        world.spread,
+        rough,
+        _first_kernel(covariance, config, rough=rough),
+        config.iterations,
+        _STEP_SHARE * config.sigma,
+        _scales(config),
+    )
+    pose = Pose.from_rotation(position, rotation)
+    seen = Residuals(*found[2:], beyond=world.cut_below(pose.apply(sweep.points)))
     return _conclude(sweep, world, pose, seen, lengths, config, rough=rough)
 
 
+_SCALE = np.array([1.0, 1.0, 1.0, LEVER, LEVER, LEVER])
 _STEP_SHARE = 0.025
 """A step shorter than this share of a point's error ends the iterations: 0.5 mm in a smooth map, 1 mm in a grid."""
 
 
-def _seen(
-    sweep: Sweep, world: PreparedMap, pose: Pose, config: RegistrationConfig, *, rough: bool
-) -> Residuals:
-    # In rough maps the two faces of a wall are not apart.
-    return residuals(sweep, world, pose, backface_culling=not rough, rough=rough)
+def _scales(config: RegistrationConfig) -> Scales:
+    c = config
+    return Scales(
+        c.sigma, c.kernel, c.gate, c.tangential, c.effective_points, c.normal_noise, GRAZING, LEVER
+    )
 
 
 def adapted(config: RegistrationConfig, noise: MapNoise) -> RegistrationConfig:
@@ -232,62 +230,13 @@ def adapted(config: RegistrationConfig, noise: MapNoise) -> RegistrationConfig:
     )
 
 
-_NOTHING = np.zeros(0)
-
-
 def _first_kernel(covariance: FloatArray, config: RegistrationConfig, *, rough: bool) -> float:
-    scaled = np.diag(covariance) * np.array([1, 1, 1, LEVER**2, LEVER**2, LEVER**2])
+    scaled = np.diag(covariance) * _SCALE**2
     # Two sigma of the least known direction; an angle counts by what it moves at the lever.
     off = 2.0 * float(np.sqrt(scaled.max()))
     if rough and off < config.gate * config.kernel:
         return config.kernel
     return float(np.clip(off, config.kernel, config.kernel_wide))
-
-
-def _weights(
-    seen: Residuals,
-    lengths: FloatArray,
-    world: PreparedMap,
-    kernel: float,
-    config: RegistrationConfig,
-) -> FloatArray:
-    """Return Geman-McClure weights (N,) over sigma^2, of independent points; in smooth maps by their normals too.
-
-    Where a wall ends, or meets a ceiling, the estimated normals belong to neither. Weights by inverse variance of the
-    normals keep a scanner that sees no more than that edge from being held, or pulled, by them alone. So do those by
-    incidence: beams that run along a wall meet what is beside it. Under a wide kernel the heading may be off by more
-    than such an incidence, which then says nothing.
-    """
-    along = seen.along if seen.along is not None else _NOTHING
-    weight = robust_weights(seen.distance, along, config.tangential, kernel, config.gate * kernel)
-    if seen.along is None and kernel <= config.kernel:
-        weight *= np.minimum(1.0, np.abs(seen.across) / (GRAZING * lengths)) ** 2
-    if seen.along is None and len(world.spread):
-        spread = np.maximum(world.spread.take(seen.nearest), config.normal_noise)
-        weight *= (config.normal_noise / spread) ** 2
-    return weight / config.sigma**2
-
-
-def _independent_share(weight: FloatArray, config: RegistrationConfig) -> float:
-    """Return the factor by which weights are scaled down for the correlation of neighbouring beams."""
-    total = float(weight.sum()) * config.sigma**2
-    return min(1.0, config.effective_points / total) if total > 0.0 else 0.0
-
-
-def _normal_equations(
-    seen: Residuals, weight: FloatArray, config: RegistrationConfig
-) -> tuple[FloatArray, FloatArray]:
-    weighted = seen.jacobian * weight[:, None]
-    hessian = seen.jacobian.T @ weighted
-    gradient = weighted.T @ np.where(seen.valid, seen.distance, 0.0)
-    if seen.along is None or seen.along_jacobian is None:
-        return hessian, gradient
-    weighted = seen.along_jacobian * (config.tangential * weight)[:, None]
-    return hessian + seen.along_jacobian.T @ weighted, gradient + weighted.T @ seen.along
-
-
-def _size(step: FloatArray) -> float:
-    return float(np.sqrt(step[:3] @ step[:3] + LEVER**2 * (step[3:] @ step[3:])))
 
 
 def _conclude(
@@ -301,25 +250,28 @@ def _conclude(
     rough: bool,
 ) -> Match:
     """Return the match of a sweep that was seen at a pose."""
-    weight = _weights(seen, lengths, world, config.kernel, config)
-    weight *= _independent_share(weight, config)
-    # What is held along a wall by its nearest points is where the sweep was put, no information.
-    planes = Residuals(seen.distance, seen.jacobian, seen.nearest, seen.across)
-    hessian, _ = _normal_equations(planes, weight, config)
+    weight = point_weights(
+        seen.distance, seen.along, seen.across, seen.nearest, lengths, world.spread,
+        config.kernel, True, _scales(config),
+    )  # fmt: skip
+    hessian, gradient = normal_equations(seen.jacobian, seen.distance, weight)
     # Noise s of a normal under a weight of 1/s^2 fakes as much as usual noise does under the whole weight.
     fake = _information_of_normal_noise(sweep, pose, weight, hessian, config.normal_noise)
     directions = observable_directions(hessian, fake, config)
     information, offset, ranges = np.zeros((6, 6)), np.zeros(6), None
     if len(directions):
         # Project on the observable directions W (rows, orthonormal in the scaled space).
-        scale = np.diag([1.0, 1.0, 1.0, LEVER, LEVER, LEVER])
-        w = directions @ scale
-        unscaled = directions @ np.linalg.inv(scale)
-        information = w.T @ (unscaled @ hessian @ unscaled.T) @ w
-        whole, gradient = _normal_equations(seen, weight, config)
-        held = unscaled @ whole @ unscaled.T
+        w, unscaled = directions * _SCALE, directions / _SCALE
+        held = unscaled @ hessian @ unscaled.T
+        information = w.T @ held @ w
+        if rough:
+            # What is held along a wall by its nearest points is where the sweep was put, no information.
+            tangential = config.tangential * weight
+            aside, pull = normal_equations(seen.along_jacobian, seen.along, tangential)
+            held, gradient = held + unscaled @ aside @ unscaled.T, gradient + pull
         offset = -unscaled.T @ np.linalg.solve(held, unscaled @ gradient)
-        ranges = None if rough else _range_fit(sweep, seen, lengths, weight, unscaled, offset)
+        if not rough:
+            ranges = _range_fit(sweep, seen, lengths, weight, unscaled, held, offset)
     # The prior still pulls at the pose found; the sweep alone gives a slightly different one.
     alone = Pose.from_rotation(pose.position + offset[:3], pose.rotation @ so3_exp(offset[3:]))
     distances = seen.distance.copy()
@@ -341,6 +293,7 @@ def _range_fit(
     lengths: FloatArray,
     weight: FloatArray,
     unscaled: FloatArray,
+    held: FloatArray,
     offset: FloatArray,
 ) -> RangeFit:
     """Return what a sweep says of a range bias when its pose is left open: the Schur complement of the pose.
@@ -351,14 +304,15 @@ def _range_fit(
         lengths: (N,) of its beams [m].
         weight: (N,) of its points.
         unscaled: (k, 6) observable directions.
+        held: (k, k) information of the pose in them.
         offset: (6,) from the pose to where the sweep alone fits best.
     """
     # The derivative of a distance by its range: the cosine between beam and normal.
     slope = seen.across / lengths
     slopes = slope[:, None] * np.stack([sweep.horizontal, ~sweep.horizontal], axis=1)
     weighted = weight[:, None] * slopes
-    reduced, mixed = seen.jacobian @ unscaled.T, seen.jacobian.T @ weighted
-    moved = np.linalg.solve(reduced.T @ (weight[:, None] * reduced), unscaled @ mixed)
+    mixed = seen.jacobian.T @ weighted
+    moved = np.linalg.solve(held, unscaled @ mixed)
     return RangeFit(
         gradient=weighted.T @ np.where(seen.valid, seen.distance, 0.0) + mixed.T @ offset,
         information=slopes.T @ weighted - (unscaled @ mixed).T @ moved,
@@ -374,7 +328,8 @@ def share_explained(
 ) -> float:
     """Return the share of a sweep that a map explains at a pose, in [0, 1]: a match's ``inlier_ratio`` there."""
     rough = world.noise.normal > config.rough
-    seen = _seen(sweep, world, map_from_base, config, rough=rough)
+    # In rough maps the two faces of a wall are not apart.
+    seen = residuals(sweep, world, map_from_base, backface_culling=not rough, rough=rough)
     return seen.share_explained(config.inlier_distance)
 
 
@@ -410,10 +365,9 @@ def observable_directions(
         config: thresholds.
     """
     # Eigenvectors mean directions only where metres and radians are made comparable.
-    inverse_scale = np.array([1, 1, 1, 1 / LEVER, 1 / LEVER, 1 / LEVER])
-    both = np.outer(inverse_scale, inverse_scale)
-    values, vectors = np.linalg.eigh(hessian * both)
-    faked = np.einsum("ji,jk,ki->i", vectors, fake * both, vectors)
+    both = np.outer(_SCALE, _SCALE)
+    values, vectors = np.linalg.eigh(hessian / both)
+    faked = np.einsum("ji,jk,ki->i", vectors, fake / both, vectors)
     keep = (values > config.debias * faked) & (values > 1.0 / config.max_sigma**2)
     directions: FloatArray = np.ascontiguousarray(vectors[:, keep].T)
     directions.flags.writeable = False

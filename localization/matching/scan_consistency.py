@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from localization.compiled import first_surfaces
+from localization.compiled.surfaces import first_surfaces
 from localization.geometry import FloatArray
 from localization.maps.prepared_map import PreparedMap
 from localization.matching.registration import GRAZING

@@ -11,7 +11,7 @@ from typing import Final
 
 import numpy as np
 
-from localization.compiled import share_near
+from localization.compiled.scans import share_near
 from localization.geometry import FloatArray
 from localization.types import Pose, Sweep
 

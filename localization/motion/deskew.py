@@ -37,7 +37,7 @@ def deskew(
             flat if isinstance(scan, PointScan) else np.full(len(beam), base_from_scanner.is_level)
         )
     points, origins = track.carried(
-        np.concatenate(beams, axis=1), np.concatenate(stamps), *track.moment(stamp)
+        np.concatenate(beams, axis=1), np.concatenate(stamps), track.moment(stamp)
     )
     return Sweep(stamp, points, origins, np.concatenate(horizontal))
 

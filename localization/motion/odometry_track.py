@@ -6,11 +6,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from localization.geometry import FloatArray, interpolate_many
+from localization.compiled.scans import carried, interpolated
+from localization.geometry import FloatArray
 from localization.types import SECOND, IntArray, Pose
 
-Knot = tuple[int, FloatArray, FloatArray]
-"""Stamp [ns], position (3,) [m] and rotation (3, 3)."""
+Knot = tuple[int, Pose]
+"""Stamp [ns], and ``odom_from_base`` then."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -24,7 +25,7 @@ class OdometryTrack:
 
     def extended(self, stamp: int, odom_from_base: Pose) -> OdometryTrack:
         """Return the track with the newest pose; stamps [ns] must increase."""
-        knots = (*self.knots, (stamp, odom_from_base.position, odom_from_base.rotation))
+        knots = (*self.knots, (stamp, odom_from_base))
         oldest = stamp - self.memory
         if knots[0][0] < oldest:
             first = next(i for i, knot in enumerate(knots) if knot[0] >= oldest)
@@ -36,59 +37,49 @@ class OdometryTrack:
         """First and last stamp [ns]; None until there are two poses to interpolate between."""
         return (self.knots[0][0], self.knots[-1][0]) if len(self.knots) > 1 else None
 
-    def near(self, stamp: int) -> tuple[FloatArray, FloatArray]:
-        """Return position (3,) [m] and rotation (3, 3) at the last knot not after a stamp [ns].
+    def before(self, stamp: int) -> Pose:
+        """Return ``odom_from_base`` at the last knot not after a stamp [ns], or at the first knot if there is none."""
+        return self._last_before(stamp)[1]
 
-        Those of the first knot if there is none before; ``moment`` interpolates, at ten times the cost.
-        """
-        _, position, rotation = self._last_before(stamp)
-        return position, rotation
-
-    def moment(self, stamp: int) -> tuple[FloatArray, FloatArray]:
-        """Return position (3,) [m] and rotation (3, 3) of ``odom_from_base`` at a stamp [ns]."""
-        then, position, rotation = self._last_before(stamp)
+    def moment(self, stamp: int) -> Pose:
+        """Return ``odom_from_base`` at a stamp [ns]."""
+        then, pose = self._last_before(stamp)
         if then == stamp:
-            return position, rotation
-        (position,), (rotation,) = self.at(np.array([stamp], dtype=np.int64))
-        return position, rotation
+            return pose
+        stamps = np.array([stamp], dtype=np.int64)
+        (position,), (quaternion,) = interpolated(stamps, *self._knots_since(stamps))
+        return Pose(position, quaternion)
 
-    def at(self, stamps: IntArray) -> tuple[FloatArray, FloatArray]:
-        """Return positions (N, 3) [m] and rotations (N, 3, 3) of ``odom_from_base`` at (N,) stamps [ns]."""
-        return interpolate_many(stamps, *self._knots_since(stamps))
+    def pose_at(self, stamp: int) -> Pose | None:
+        """Return ``odom_from_base`` at a stamp [ns], or at the nearest one remembered; None without a span."""
+        span = self.span
+        return None if span is None else self.moment(min(max(stamp, span[0]), span[1]))
 
-    def _last_before(self, stamp: int) -> Knot:
-        return next((k for k in reversed(self.knots) if k[0] <= stamp), self.knots[0])
-
-    def carried(
-        self, points: FloatArray, stamps: IntArray, position: FloatArray, rotation: FloatArray
-    ) -> FloatArray:
+    def carried(self, points: FloatArray, stamps: IntArray, odom_from_base: Pose) -> FloatArray:
         """Return points of a moving base in the base as it was at one moment.
 
         Args:
             points: (V, N, 3) [m], each in ``base_link`` at its own stamp.
             stamps: (N,) [ns].
-            position: (3,) of ``odom_from_base`` at that moment [m].
-            rotation: (3, 3) of the same.
+            odom_from_base: at that moment.
         """
-        times, positions, rotations = self._knots_since(stamps)
-        at, turned = interpolate_many(
-            stamps, times, (positions - position) @ rotation, rotation.T @ rotations
+        pose = odom_from_base
+        return carried(
+            points, stamps, *self._knots_since(stamps), pose.position, pose.quaternion_wxyz
         )
-        moved: FloatArray = (turned @ points[..., None])[..., 0] + at
-        return moved
+
+    def _last_before(self, stamp: int) -> Knot:
+        return next((k for k in reversed(self.knots) if k[0] <= stamp), self.knots[0])
 
     def _knots_since(self, stamps: IntArray) -> tuple[IntArray, FloatArray, FloatArray]:
-        """Return times, positions and rotations of the knots from the last one before the stamps, at least two."""
+        """Return times, positions and quaternions of the knots from the last one before the stamps, at least two."""
         first = int(stamps.min()) if len(stamps) else 0
         begin = len(self.knots) - 1
         while begin > 0 and (self.knots[begin][0] > first or begin == len(self.knots) - 1):
             begin -= 1
-        times, positions, rotations = zip(*self.knots[begin:], strict=True)
-        return np.array(times, dtype=np.int64), np.array(positions), np.array(rotations)
-
-    def pose_at(self, stamp: int) -> Pose | None:
-        """Return ``odom_from_base`` at a stamp [ns], or at the nearest one remembered; None without a span."""
-        span = self.span
-        if span is None:
-            return None
-        return Pose.from_rotation(*self.moment(min(max(stamp, span[0]), span[1])))
+        times, poses = zip(*self.knots[begin:], strict=True)
+        return (
+            np.array(times, dtype=np.int64),
+            np.array([pose.position for pose in poses]),
+            np.array([pose.quaternion_wxyz for pose in poses]),
+        )

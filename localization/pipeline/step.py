@@ -226,9 +226,7 @@ def _next_sweep(state: State, r: Resources) -> tuple[State, SweepRecord | None, 
 
 def _way_since(state: State, stamp: int) -> Pose:
     """Return ``base_then_from_base_now`` since a stamp [ns], or the last reading before it."""
-    position, rotation = state.track.near(stamp)
-    back, odom = rotation.T, state.odom_from_base
-    return Pose.from_rotation(back @ (odom.position - position), back @ odom.rotation)
+    return state.track.before(stamp).inverse() @ state.odom_from_base
 
 
 def _drove_blind(state: State, record: SweepRecord, r: Resources) -> bool:

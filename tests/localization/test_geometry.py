@@ -2,14 +2,12 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from hypothesis import given, settings, strategies as st
-from hypothesis.extra import numpy as hnp
+from hypothesis import given, settings
 
 from localization import geometry
 from localization.geometry import (
     FloatArray,
     euler_from_rotation,
-    interpolate_many,
     quaternion_exp,
     quaternion_from_rotation,
     quaternion_product,
@@ -121,60 +119,3 @@ def test_wrapped_angle_is_the_same_direction(angle: float) -> None:
 def test_half_a_turn_wraps_to_the_negative_side() -> None:
     assert wrap_angle(np.pi) == -np.pi
     assert wrap_angle(-np.pi) == -np.pi
-
-
-@st.composite
-def tracks(draw: st.DrawFn) -> tuple[np.ndarray, FloatArray, FloatArray]:
-    times = sorted(draw(st.lists(st.integers(0, 10**12), min_size=2, max_size=6, unique=True)))
-    n = len(times)
-    positions = draw(hnp.arrays(float, (n, 3), elements=floats(-10.0, 10.0)))
-    rotations = np.array([so3_exp(draw(rotation_vectors(3.0))) for _ in range(n)])
-    return np.array(times), positions, rotations
-
-
-@pytest.mark.slow
-@given(track=tracks())
-def test_interpolation_passes_through_its_knots_and_is_clamped_to_its_ends(
-    track: tuple[np.ndarray, FloatArray, FloatArray],
-) -> None:
-    times, positions, rotations = track
-    p, r = interpolate_many(np.array([times[0] - 5, *times, times[-1] + 5]), *track)
-    assert p == pytest.approx(positions[[0, *range(len(times)), -1]], abs=1e-12)
-    assert r == pytest.approx(rotations[[0, *range(len(times)), -1]], abs=1e-12)
-
-
-@pytest.mark.slow
-@given(track=tracks(), seed=st.integers(0, 100))
-def test_interpolated_poses_move_and_turn_evenly_from_knot_to_knot(
-    track: tuple[np.ndarray, FloatArray, FloatArray], seed: int
-) -> None:
-    times, positions, rotations = track
-    rng = np.random.default_rng(seed)
-    k = rng.integers(0, len(times) - 1, 30)
-    share = rng.integers(0, times[k + 1] - times[k]) / (times[k + 1] - times[k])
-    p, r = interpolate_many(
-        times[k] + np.round(share * (times[k + 1] - times[k])).astype(int), *track
-    )
-    for i, (j, f) in enumerate(zip(k, share, strict=True)):
-        turned = so3_exp(f * so3_log(rotations[j].T @ rotations[j + 1]))
-        assert r[i] == pytest.approx(rotations[j] @ turned, abs=1e-9)
-        assert p[i] == pytest.approx(positions[j] + f * (positions[j + 1] - positions[j]))
-
-
-@given(a=rotation_vectors(), w=rotation_vectors(3.0), start=vectors(3), end=vectors(3))
-def test_halfway_is_half_the_way_and_half_the_turn(
-    a: FloatArray, w: FloatArray, start: FloatArray, end: FloatArray
-) -> None:
-    first = so3_exp(a)
-    rotations = np.array([first, first @ so3_exp(w)])
-    p, r = interpolate_many(np.array([5]), np.array([0, 10]), np.array([start, end]), rotations)
-    assert p[0] == pytest.approx(0.5 * (start + end), abs=1e-12)
-    assert r[0] == pytest.approx(first @ so3_exp(0.5 * w), abs=1e-9)
-
-
-def test_nanoseconds_after_years_are_distinguished() -> None:
-    start = 2**62
-    knots = np.array([start, start + 10])
-    positions = np.array([[0.0, 0.0, 0.0], [10.0, 0.0, 0.0]])
-    p, _ = interpolate_many(knots[:1] + 3, knots, positions, np.stack([np.eye(3)] * 2))
-    assert p[0, 0] == pytest.approx(3.0)

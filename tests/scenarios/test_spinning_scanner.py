@@ -16,7 +16,6 @@ from localization.logs.frame_tree import SensorLayout
 from localization.logs.motion_messages import WHEEL_RADIUS
 from localization.logs.ros_messages import reading_message
 from localization.logs.ros_types import IMU, JOINT_STATE, POINT_CLOUD, TYPES, to_cdr
-from localization.motion.odometry_track import OdometryTrack
 from localization.pipeline.log_replay import LogRun
 from localization.types import SECOND, Health, Inertial, PointScan, Pose, Twist, WheelSpeeds
 from robot_sim import Simulation, SimulationConfig, load_world
@@ -38,7 +37,7 @@ def drive(path: Path, seconds: float) -> Trajectory:
     """Drive the office's tour and record it as a robot with such a scanner would; return the truth."""
     world = load_world("office")
     simulation = Simulation(world, seed=3, config=SimulationConfig(scanners=()))
-    station, driver, track = TotalStation(world), TourDriver(world.tour), OdometryTrack()
+    station, driver = TotalStation(world), TourDriver(world.tour)
     elevation = np.tile(np.deg2rad(np.linspace(-15.0, 15.0, PLANES)), COLUMNS)
     azimuth = np.repeat(np.linspace(-np.pi, np.pi, COLUMNS, endpoint=False), PLANES)
     level = np.cos(elevation)
@@ -47,7 +46,6 @@ def drive(path: Path, seconds: float) -> Trajectory:
     rng = np.random.default_rng(1)
     truth = simulation.truth()
     poses = [(truth.stamp, truth.map_from_base)]
-    track = track.extended(*poses[0])
     begun = 0
     with Writer(path, version=9, storage_plugin=StoragePlugin.MCAP) as writer:
         topics = {
@@ -66,9 +64,8 @@ def drive(path: Path, seconds: float) -> Trajectory:
             readings = list(simulation.step())
             truth = simulation.truth()
             poses.append((truth.stamp, truth.map_from_base))
-            track = track.extended(*poses[-1])
             if simulation.stamp >= begun + TURN:
-                position, rotation = track.at(begun + offsets)
+                position, rotation = Trajectory.from_poses(poses[-100:]).at(begun + offsets)
                 eyes = position + rotation @ MOUNT.position
                 ways = np.einsum("nij,nj->ni", rotation, beams @ MOUNT.rotation.T)
                 far = station.look(eyes, ways, 40.0).distances

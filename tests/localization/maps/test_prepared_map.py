@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given, settings, strategies as st
 from scipy.spatial import cKDTree
 
-from localization.compiled import plane_distances
+from localization.compiled.surfaces import plane_distances
 from localization.maps.cloud import Cloud
 from localization.maps.map_files import save_cloud
 from localization.maps.prepared_map import NearestGrid, PreparedMap, default_cache, prepare

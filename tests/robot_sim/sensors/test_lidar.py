@@ -9,7 +9,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from localization.geometry import interpolate_many, rotation_from_quaternion
+from localization.evaluation.trajectory import Trajectory
+from localization.geometry import rotation_from_quaternion
 from localization.types import Pose, Scan, Twist
 from robot_sim.array_types import FloatArray
 from robot_sim.robot.p3at import MOUNTS
@@ -56,14 +57,12 @@ def test_every_beam_is_cast_at_its_own_time(
     for _ in range(130):
         scans += [r for r in simulation.step() if isinstance(r, Scan)]
         truths.append(simulation.truth())
-    stamps = np.array([t.stamp for t in truths])
-    positions = np.array([t.map_from_base.position for t in truths])
-    rotations = np.array([t.map_from_base.rotation for t in truths])
+    path = Trajectory.from_poses((t.stamp, t.map_from_base) for t in truths)
     assert len(scans) == count
     # Late sweeps, at a steady speed: poses of the ticks may then be interpolated.
     for scan in scans[-4:]:
         mount = MOUNTS[scan.scanner]
-        at, turned = interpolate_many(scan.stamp + scan.offsets, stamps, positions, rotations)
+        at, turned = path.at(scan.stamp + scan.offsets)
         rays = np.stack([np.cos(scan.angles), np.sin(scan.angles), 0.0 * scan.angles], axis=1)
         directions = np.einsum("nij,nj->ni", turned, rays @ mount.rotation.T)
         expected = room_ranges(at + turned @ mount.position, directions)
