@@ -31,7 +31,7 @@ from localization.filter.updates import (
     widen,
 )
 from localization.matching.matchers import MatchSweep
-from localization.matching.registration import share_explained
+from localization.matching.registration import seen_at, share_explained
 from localization.matching.scan_consistency import explanation
 from localization.monitoring.health import Refusal, unobservable_axes
 from localization.monitoring.slip_detection import SlipDetector
@@ -209,7 +209,12 @@ def _matched(
             filter_ = update_match(filter_, ekf, match, r.map_noise)
     with r.stage("scan consistency"):
         if record.consistency is None:
-            record.consistency = r.beams.classify(record.sweep, filter_.pose, match.distances)
+            distances = match.distances
+            if refusal is not None:
+                # What fits where it was registered does not speak for where the robot is believed to be.
+                seen = seen_at(record.sweep, r.world, filter_.pose, config.registration)
+                distances = seen.distance
+            record.consistency = r.beams.classify(record.sweep, filter_.pose, distances)
     if refusal is None and "forward" not in unobservable_axes(match, filter_.pose):
         way = state.last.map_from_base.inverse() @ filter_.pose
         sigma = _sigma_along(filter_)
