@@ -183,19 +183,24 @@ def _matched(
             filter_ = update_relative(filter_, state.last.map_from_base, *observed, _NONE_USED)
         match, nis = _registered(filter_, record, matcher, share, r)
     refusal = _refusal(match, nis, r)
-    contradicts = refusal is not None and refusal.elsewhere
-    if refusal is not None and contradicts:
+    if refusal is not None and refusal.elsewhere:
         refusal = replace(refusal, elsewhere=_fits_better(match, filter_.pose, record.sweep, r))
     # If KISS-ICP observed the motion and agrees with the wheels, the map or the earlier pose is at fault.
-    unwitnessed = slip.slipping(now) or observed is None
-    least = _least_elsewhere(match, refusal, state, config, unwitnessed=unwitnessed)
+    suspected = refusal is not None and refusal.elsewhere
+    suspected = suspected and (slip.slipping(now) or observed is None)
+    suspected = suspected and match.inlier_ratio >= config.slip_min_inlier_ratio
+    if suspected and _could_have_slipped(match, state, elapsed, now):
+        slip, filter_ = _slipped(slip, filter_, now, config)
+        # The record keeps the first match: a replay begins from the prediction that it belongs to.
+        match, nis = _registered(filter_, replace(record, match=None), matcher, share, r)
+        refusal = _refusal(match, nis, r)
+    least = _least_elsewhere(match, refusal, state, config)
     if least is not None:
         starts = _starts(state, filter_, contradicted=contradicted)
         wider = _registered_wider(filter_, record, matcher, share, least, starts, r)
         if wider is not None:
             (filter_, match, nis), refusal = wider, None
-            misled = config.sensors.displaced or unwitnessed
-            slip = slip.distrusted(now) if misled else slip
+            slip = slip.distrusted(now) if config.sensors.displaced else slip
     with r.stage("ekf"):
         if relative is not None:
             used = match.observable_directions if refusal is None else _NONE_USED
@@ -205,7 +210,7 @@ def _matched(
     with r.stage("scan consistency"):
         if record.consistency is None:
             distances = match.distances
-            if refusal is not None and contradicts:
+            if refusal is not None:
                 # What fits where it was registered does not speak for where the robot is believed to be.
                 seen = seen_at(record.sweep, r.world, filter_.pose, config.registration)
                 distances = seen.distance
@@ -272,12 +277,7 @@ def _registered_by_witnesses(
 
 
 def _least_elsewhere(
-    match: Match,
-    refusal: Refusal | None,
-    state: State,
-    config: LocalizerConfig,
-    *,
-    unwitnessed: bool,
+    match: Match, refusal: Refusal | None, state: State, config: LocalizerConfig
 ) -> float | None:
     """Return the share of a sweep that must fit from a wider prior for that to be believed; None to try none.
 
@@ -287,8 +287,7 @@ def _least_elsewhere(
     """
     fits = match.inlier_ratio >= config.slip_min_inlier_ratio
     if refusal is not None and fits:
-        tried = config.sensors.displaced or state.health.doubtful or unwitnessed
-        tried = tried or not refusal.elsewhere
+        tried = config.sensors.displaced or state.health.doubtful or not refusal.elsewhere
         return match.inlier_ratio - _NEARLY if tried else None
     if config.sensors.displaced and match.inlier_ratio < config.retry_below:
         return match.inlier_ratio + config.retry_gain
@@ -405,6 +404,12 @@ def _refusal(match: Match, nis: float, r: Resources) -> Refusal | None:
         where = "the sweep fits the map where the robot cannot be"
         return Refusal(f"{where} (NIS {nis:.0f} of {_GATE[k - 1]:.0f})", elsewhere=True)
     return None
+
+
+def _could_have_slipped(match: Match, state: State, elapsed: float, now: int) -> bool:
+    """Return whether slipping wheels could have taken the robot to where a sweep fits."""
+    way = state.last.map_from_base.inverse() @ match.map_from_base
+    return state.slip.explains(float(way.position[0]), elapsed, _sigma_along(state.filter), now)
 
 
 def _sigma_along(filter_: FilterState) -> float:
