@@ -183,7 +183,8 @@ def _matched(
             filter_ = update_relative(filter_, state.last.map_from_base, *observed, _NONE_USED)
         match, nis = _registered(filter_, record, matcher, share, r)
     refusal = _refusal(match, nis, r)
-    if refusal is not None and refusal.elsewhere:
+    refuted = refusal is not None and refusal.elsewhere
+    if refusal is not None and refuted:
         refusal = replace(refusal, elsewhere=_fits_better(match, filter_.pose, record.sweep, r))
     # If KISS-ICP observed the motion and agrees with the wheels, the map or the earlier pose is at fault.
     suspected = refusal is not None and refusal.elsewhere
@@ -210,7 +211,7 @@ def _matched(
     with r.stage("scan consistency"):
         if record.consistency is None:
             distances = match.distances
-            if refusal is not None:
+            if refusal is not None and refuted:
                 # What fits where it was registered does not speak for where the robot is believed to be.
                 seen = seen_at(record.sweep, r.world, filter_.pose, config.registration)
                 distances = seen.distance
