@@ -211,8 +211,7 @@ class HealthMonitor:
             mostly = off_map or (not elsewhere and consistency.unexplained < b.mostly)
         # One sweep makes no pose lost: a reading that came too late may have caused it.
         least = _SUSPECT if mostly or not self.doubtful else -math.inf
-        lacking = 0.0 if change is None else change.lacking
-        belief = since.after_sweep(evidence, independence(elapsed, moved, lacking, b), b)
+        belief = since.after_sweep(evidence, independence(elapsed, moved, b), b)
         belief = belief.at_least(min(self.belief.odds, least))
         doubted = not belief.sure(b)
         begins = doubted and not self.doubtful
