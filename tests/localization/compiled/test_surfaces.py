@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from hypothesis import given, strategies as st
 
 from localization import compiled
 from localization.compiled import surfaces
@@ -18,9 +19,10 @@ from localization.compiled.surfaces import (
     plane_distances,
     point_weights,
 )
-from localization.geometry import FloatArray
+from localization.geometry import FloatArray, so3_exp
 from localization.maps.prepared_map import PreparedMap
 from localization.types import Pose
+from tests.support import rotation_vectors
 from tests.support_rooms import HALL
 
 
@@ -38,10 +40,10 @@ def test_compiled_distances_are_those_of_the_same_lines_in_python(
     hall: PreparedMap, rough: bool, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     rng = np.random.default_rng(0)
-    arms = rng.uniform([-6.0, -5.0, -0.5], [6.0, 5.0, 3.0], size=(300, 3))
-    position, rotation = np.array([0.3, -0.2, 0.1]), np.eye(3)
-    scanners = np.zeros_like(arms)
-    given = (arms, scanners, position, rotation, hall.arrays, not rough, rough)
+    points = rng.uniform([-6.0, -5.0, -0.5], [6.0, 5.0, 3.0], size=(300, 3))
+    pose = Pose.from_euler([0.3, -0.2, 0.1], roll=0.1, pitch=-0.2, yaw=2.0)
+    origins = np.full_like(points, 0.2)
+    given = (points, origins, pose.position, pose.rotation, hall.arrays, not rough, rough)
     found = plane_distances(*given)
     for name in ("_nearest", "_nearest_of_four", "_put_derivative"):
         monkeypatch.setattr(surfaces, name, interpreted(getattr(surfaces, name)))
@@ -100,6 +102,24 @@ def test_normal_equations_are_those_of_dense_matrices_and_leave_out_what_has_no_
     weighted = jacobian[seen] * weight[seen, None]
     assert hessian == pytest.approx(weighted.T @ jacobian[seen])
     assert gradient == pytest.approx(weighted.T @ distance[seen])
+
+
+@given(turn=rotation_vectors(3.0), seed=st.integers(0, 100))
+def test_turns_departures_and_solutions_are_those_of_geometry_and_numpy(
+    turn: FloatArray, seed: int
+) -> None:
+    rng = np.random.default_rng(seed)
+    before, position = so3_exp(rng.normal(size=3)), rng.normal(size=3)
+    after = before.copy()
+    surfaces._turn(after, *turn.tolist())
+    np.testing.assert_allclose(after, before @ so3_exp(turn), atol=1e-13)
+    departure = np.zeros(6)
+    surfaces._put_departure(departure, position, before, position + 0.1, after)
+    np.testing.assert_allclose(departure, [0.1, 0.1, 0.1, *turn], atol=1e-11)
+    rows, right = rng.normal(size=(9, 6)), rng.normal(size=6)
+    matrix, solution = rows.T @ rows, right.copy()
+    surfaces._solve(matrix.copy(), solution)
+    np.testing.assert_allclose(matrix @ solution, right, atol=1e-8)
 
 
 def test_alignment_that_is_held_firmly_stays_at_its_prior(hall: PreparedMap) -> None:
