@@ -8,7 +8,8 @@ import pytest
 
 from localization.maps.map_files import save_cloud
 from localization.maps.prepared_map import PreparedMap
-from tests.support_rooms import CORRIDOR, HALL, SQUARE
+from localization.pipeline.localizer import Localizer
+from tests.support_rooms import CORRIDOR, HALL, MOUNTS, SQUARE
 
 
 @pytest.fixture(scope="session")
@@ -32,3 +33,9 @@ def square() -> PreparedMap:
 @pytest.fixture(scope="session")
 def corridor() -> PreparedMap:
     return CORRIDOR.prepared()
+
+
+@pytest.fixture(scope="session", autouse=True)
+def _loops_are_compiled() -> None:
+    """Compile before a test's processor time is taken: on a new machine it would be some seconds of the first one."""
+    Localizer(HALL.prepared(), MOUNTS)

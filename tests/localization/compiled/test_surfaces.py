@@ -23,12 +23,6 @@ from localization.geometry import FloatArray, so3_exp
 from localization.maps.prepared_map import PreparedMap
 from localization.types import Pose
 from tests.support import rotation_vectors
-from tests.support_rooms import HALL
-
-
-@pytest.fixture(scope="module")
-def hall() -> PreparedMap:
-    return HALL.prepared()
 
 
 def interpreted(loop: object) -> Any:
