@@ -4,11 +4,14 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import numpy as np
 import pytest
 
+from localization.evaluation.trajectory import Trajectory
 from localization.maps.map_files import save_cloud
 from localization.maps.prepared_map import PreparedMap
 from localization.pipeline.localizer import Localizer
+from localization.types import Pose
 from tests.support_rooms import CORRIDOR, HALL, MOUNTS, SQUARE
 
 
@@ -39,3 +42,4 @@ def corridor() -> PreparedMap:
 def _loops_are_compiled() -> None:
     """Compile before a test's processor time is taken: on a new machine it would be some seconds of the first one."""
     Localizer(HALL.prepared(), MOUNTS)
+    Trajectory.from_poses([(0, Pose.identity()), (2, Pose.identity())]).at(np.array([1]))
