@@ -66,8 +66,8 @@ class LocalizerConfig:
     min_inlier_ratio: float = 0.3
     """A sweep of which the map explains a smaller share is rejected even if it agrees with the prediction."""
     slip_min_inlier_ratio: float = 0.6
-    """Wheel slip explains a sweep that contradicts the prediction only if the map explains at least this
-    share of the sweep; above 1, slip is never inferred from a sweep."""
+    """A sweep that contradicts the prediction is tried with a wider prior only if the map explains at least this share of
+    it; above 1, never."""
     slip_sigma: tuple[float, float, float, float] = (0.12, 0.06, 0.02, np.deg2rad(1.0))
     """Error that slipping wheels may cause over one sweep, one sigma: forward, sideways, up [m], yaw [rad]."""
     retry_sigma: tuple[tuple[float, float, float, float], ...] = (

@@ -199,12 +199,14 @@ class Scales(NamedTuple):
 @compiled
 def point_weights(
     distance: FloatArray,
+    jacobian: FloatArray,
     along: FloatArray,
     across: FloatArray,
     nearest: IndexArray,
     lengths: FloatArray,
     spread: npt.NDArray[np.float32],
     kernel: float,
+    level_kernel: float,
     limited: bool,
     scales: Scales,
 ) -> FloatArray:
@@ -216,25 +218,28 @@ def point_weights(
     than such an incidence, which then says nothing.
 
     Args:
-        distance: (N,) as ``plane_distances`` gives it; so are the next three.
+        distance: (N,) as ``plane_distances`` gives it; so are the next four.
+        jacobian: (N, 6), of which the third column is the vertical part of the normal.
         along: (N,), or empty in a smooth map.
         across: (N,).
         nearest: (N,).
         lengths: (N,) of the beams [m].
         spread: of the normals around each point of the map [rad]; empty if that does not count.
-        kernel: scale [m].
+        kernel: scale for upright surfaces [m].
+        level_kernel: the same for floors and ceilings.
         limited: whether the points count as ``effective_points`` at most, for the errors of neighbouring beams are alike.
         scales: settings.
     """
     weight, smooth, total = np.zeros(len(distance)), len(along) == 0, 0.0
     for i in range(len(distance)):
-        if not abs(distance[i]) < scales.gate * kernel:
+        own = level_kernel if abs(jacobian[i, 2]) > UPRIGHT else kernel
+        if not abs(distance[i]) < scales.gate * own:
             continue
         square = distance[i] ** 2
         if not smooth:
             square += scales.tangential * along[i] ** 2
-        w = (kernel**2 / (kernel**2 + square)) ** 2
-        if smooth and kernel <= scales.kernel:
+        w = (own**2 / (own**2 + square)) ** 2
+        if smooth and own <= scales.kernel:
             w *= min(1.0, abs(across[i]) / (scales.grazing * lengths[i])) ** 2
         if smooth and len(spread):
             noise = max(float(spread[nearest[i]]), scales.normal_noise)
@@ -352,6 +357,7 @@ def aligned(
     spread: npt.NDArray[np.float32],
     rough: bool,
     kernel: float,
+    level_kernel: float,
     iterations: int,
     least: float,
     scales: Scales,
@@ -370,7 +376,8 @@ def aligned(
         cloud: the map.
         spread: as of ``point_weights``.
         rough: whether the map is.
-        kernel: scale to begin with [m]; it is narrowed down to that of ``scales``.
+        kernel: scale to begin with for upright surfaces [m]; it is narrowed down to that of ``scales``.
+        level_kernel: the same for floors and ceilings.
         iterations: their largest number.
         least: a shorter step ends them [m].
         scales: settings.
@@ -388,7 +395,17 @@ def aligned(
             break
         iterations -= 1
         weight = point_weights(
-            distance, along, across, nearest, lengths, spread, kernel, not rough, scales
+            distance,
+            jacobian,
+            along,
+            across,
+            nearest,
+            lengths,
+            spread,
+            kernel,
+            level_kernel,
+            not rough,
+            scales,
         )
         hessian, gradient = np.zeros((6, 6)), np.zeros(6)
         _add_normal_equations(hessian, gradient, jacobian, distance, weight, 1.0)
@@ -405,7 +422,7 @@ def aligned(
         size = 0.0
         for a in range(3):
             size += step[a] ** 2 + (scales.lever * step[3 + a]) ** 2
-        if kernel <= scales.kernel and np.sqrt(size) < least:
+        if max(kernel, level_kernel) <= scales.kernel and np.sqrt(size) < least:
             # Half a millimetre on, the points would be seen as they are here.
             break
         for a in range(3):
@@ -413,6 +430,7 @@ def aligned(
         _turn(rotation, step[3], step[4], step[5])
         # Wide first, so that points far off pull at all; narrow last, so that wrong ones do not.
         kernel = max(scales.kernel, 0.6 * kernel)
+        level_kernel = max(scales.kernel, 0.6 * level_kernel)
     return position, rotation, distance, jacobian, nearest, across, along, aside
 
 

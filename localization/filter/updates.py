@@ -195,6 +195,22 @@ def update_level(state: FilterState, config: EkfConfig) -> FilterState:
     return corrected(state, innovation, _tilt_jacobian(roll, pitch), np.eye(2) * config.level**2)
 
 
+def update_height(state: FilterState, above: float, sigma: float) -> FilterState:
+    """Correct a height by that of the ground that the robot stands on, unless it is known better.
+
+    Args:
+        state: before.
+        above: height over the ground [m].
+        sigma: error of the ground, one sigma [m]; however often it is asked, the height is known no better by it.
+    """
+    variance = float(state.full_covariance[2, 2])
+    if variance <= sigma**2:
+        return state
+    h = np.zeros((1, STATES))
+    h[0, 2] = 1.0
+    return corrected(state, np.array([-above]), h, np.eye(1) / (sigma**-2 - 1.0 / variance))
+
+
 def match_innovation(
     state: FilterState, config: EkfConfig, match: Match
 ) -> tuple[FloatArray, FloatArray, FloatArray]:

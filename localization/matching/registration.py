@@ -52,8 +52,9 @@ class RegistrationConfig:
     this."""
     gate: float = 3.0
     """Points farther from their plane than this many kernels are left out: they would count a hundredth."""
-    iterations: int = 8
-    """The largest number of iterations; most sweeps need only as many as the annealing takes."""
+    iterations: int = 20
+    """The largest number of iterations; most sweeps need only as many as the annealing takes, but in rough maps each step
+    along a wall is a part of the way."""
     effective_points: float = 120.0
     """A sweep informs like at most this many independent points, for the errors of neighbouring beams are
     correlated. Set so that the normalised errors (NEES) on the shipped scenes are consistent."""
@@ -79,8 +80,6 @@ class RegistrationConfig:
     rough_kernel_wide: float = 0.3
     """As ``kernel_wide`` in rough maps [m]. A prediction that is surely nearer than the gate of ``rough_kernel``
     begins with that: wider ones begin with the walls of other rooms."""
-    rough_iterations: int = 20
-    """The largest number of iterations in rough maps, where each step along a wall is a part of the way."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -181,7 +180,7 @@ def register(
         world.arrays,
         world.spread,
         rough,
-        _first_kernel(covariance, config, rough=rough),
+        *_first_kernels(covariance, config, rough=rough),
         config.iterations,
         _STEP_SHARE * config.sigma,
         _scales(config),
@@ -222,21 +221,23 @@ def adapted(config: RegistrationConfig, noise: MapNoise) -> RegistrationConfig:
     )
     if noise.normal <= config.rough:
         return config
-    return replace(
-        config,
-        kernel=config.rough_kernel,
-        kernel_wide=config.rough_kernel_wide,
-        iterations=config.rough_iterations,
-    )
+    return replace(config, kernel=config.rough_kernel, kernel_wide=config.rough_kernel_wide)
 
 
-def _first_kernel(covariance: FloatArray, config: RegistrationConfig, *, rough: bool) -> float:
-    scaled = np.diag(covariance) * _SCALE**2
-    # Two sigma of the least known direction; an angle counts by what it moves at the lever.
-    off = 2.0 * float(np.sqrt(scaled.max()))
-    if rough and off < config.gate * config.kernel:
-        return config.kernel
-    return float(np.clip(off, config.kernel, config.kernel_wide))
+def _first_kernels(
+    covariance: FloatArray, config: RegistrationConfig, *, rough: bool
+) -> tuple[float, float]:
+    """Return the scales that the annealing begins with [m], for upright surfaces and for floors and ceilings.
+
+    Each is two sigma of the least known direction that such surfaces show; an angle counts by what it moves at the
+    lever. A heading that is not known well must not have the legs around a level scanner be taken for the floor.
+    """
+    x, y, z, roll, pitch, yaw = (2.0 * np.sqrt(np.diag(covariance)) * _SCALE).tolist()
+    upright = max(x, y, roll, pitch, yaw)
+    if rough and upright < config.gate * config.kernel:
+        return config.kernel, config.kernel
+    low, high = config.kernel, config.kernel_wide
+    return min(max(upright, low), high), min(max(z, roll, pitch, low), high)
 
 
 def _conclude(
@@ -251,8 +252,8 @@ def _conclude(
 ) -> Match:
     """Return the match of a sweep that was seen at a pose."""
     weight = point_weights(
-        seen.distance, seen.along, seen.across, seen.nearest, lengths, world.spread,
-        config.kernel, True, _scales(config),
+        seen.distance, seen.jacobian, seen.along, seen.across, seen.nearest, lengths, world.spread,
+        config.kernel, config.kernel, True, _scales(config),
     )  # fmt: skip
     hessian, gradient = normal_equations(seen.jacobian, seen.distance, weight)
     # Noise s of a normal under a weight of 1/s^2 fakes as much as usual noise does under the whole weight.
@@ -320,6 +321,17 @@ def _range_fit(
     )
 
 
+def seen_at(
+    sweep: Sweep,
+    world: PreparedMap,
+    map_from_base: Pose,
+    config: RegistrationConfig = RegistrationConfig(),
+) -> Residuals:
+    """Compare a sweep with the cloud at a pose as the registration does: in rough maps the faces of a wall are one."""
+    rough = world.noise.normal > config.rough
+    return residuals(sweep, world, map_from_base, backface_culling=not rough, rough=rough)
+
+
 def share_explained(
     sweep: Sweep,
     world: PreparedMap,
@@ -327,9 +339,7 @@ def share_explained(
     config: RegistrationConfig = RegistrationConfig(),
 ) -> float:
     """Return the share of a sweep that a map explains at a pose, in [0, 1]: a match's ``inlier_ratio`` there."""
-    rough = world.noise.normal > config.rough
-    # In rough maps the two faces of a wall are not apart.
-    seen = residuals(sweep, world, map_from_base, backface_culling=not rough, rough=rough)
+    seen = seen_at(sweep, world, map_from_base, config)
     return seen.share_explained(config.inlier_distance)
 
 

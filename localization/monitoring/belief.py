@@ -154,10 +154,17 @@ def evidence_unmoved(broken: tuple[float, float, float], config: BeliefConfig) -
     return at_all - sum(weight * share for weight, share in zip(against, broken, strict=True))
 
 
-def independence(seconds: float, metres: float, config: BeliefConfig) -> float:
-    """Return the share of a sweep's evidence that is new, so long and so far after the last one."""
+def independence(seconds: float, metres: float, lacking: float, config: BeliefConfig) -> float:
+    """Return the share of a sweep's evidence that is new.
+
+    Args:
+        seconds: since the last one.
+        metres: driven since then.
+        lacking: share of one of the two that the other lacks.
+        config: how long and how far apart sweeps count in full.
+    """
     time, distance = config.independent
-    return min(1.0, seconds / time + metres / distance)
+    return min(1.0, seconds / time + metres / distance + lacking)
 
 
 def probabilities(odds: Sequence[float]) -> tuple[float, ...]:

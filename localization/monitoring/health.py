@@ -39,8 +39,13 @@ class Refusal:
 
     reason: str
     """In words."""
-    elsewhere: bool
-    """Whether the sweep fits the map, but where the robot cannot be."""
+    excess: float = 0.0
+    """By how much its NIS is beyond the gate, if the sweep fits the map where the robot cannot be; 0 if it fits nowhere."""
+
+    @property
+    def elsewhere(self) -> bool:
+        """Whether the sweep fits the map, but where the robot cannot be."""
+        return self.excess > 0.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -182,6 +187,7 @@ class HealthMonitor:
         consistency: ScanConsistency | None = None,
         change: Change | None = None,
         blind: bool = False,
+        slipping: bool = False,
     ) -> HealthMonitor:
         """Return the monitor after a registration.
 
@@ -194,6 +200,7 @@ class HealthMonitor:
             consistency: agreement of the sweep with the map, if it was examined.
             change: how much of the sweep does not follow from the one before, if that is known.
             blind: whether the robot drove without a sweep before, and may be anywhere.
+            slipping: whether the wheels slip.
         """
         b, usual, flicker, unmoved = self.belief_config, self.consistency, self.flicker, math.inf
         new = min(elapsed, _MOST_OF_ONE)
@@ -201,17 +208,24 @@ class HealthMonitor:
             broken = break_in_view(change.lacking, flicker, consistency, usual)
             unmoved = evidence_unmoved(broken, b)
             flicker += new * (change.lacking - flicker)
+        # Of wheels that slip, and a sweep that is of no use, nothing says that the robot was not moved.
+        unwitnessed = slipping and refusal is not None
+        unmoved = min(unmoved, 0.0) if unwitnessed else unmoved
         since = self.belief.after_time(elapsed, unmoved, b)
-        elsewhere = refusal is not None and refusal.elsewhere
-        evidence, off_map, mostly = -b.most if elsewhere else 0.0, False, False
+        excess = 0.0 if refusal is None else refusal.excess
+        evidence, off_map, mostly = 0.0, False, False
         if consistency is not None or refusal is not None:
             consistency = consistency or _NOTHING
-            evidence = evidence if elsewhere else evidence_of(consistency, b)
+            # Of one that fits elsewhere, as a normal distribution falls off beyond the gate.
+            evidence = -0.5 * excess if excess else evidence_of(consistency, b)
+            # What is refused may speak against the pose, but not for it.
+            evidence = evidence if refusal is None else min(evidence, 0.0)
             off_map = consistency.unmapped > b.mostly
-            mostly = off_map or (not elsewhere and consistency.unexplained < b.mostly)
+            mostly = off_map or (not excess and consistency.unexplained < b.mostly)
         # One sweep makes no pose lost: a reading that came too late may have caused it.
         least = _SUSPECT if mostly or not self.doubtful else -math.inf
-        belief = since.after_sweep(evidence, independence(elapsed, moved, b), b)
+        lacking = 0.0 if change is None else change.lacking
+        belief = since.after_sweep(evidence, independence(elapsed, moved, lacking, b), b)
         belief = belief.at_least(min(self.belief.odds, least))
         doubted = not belief.sure(b)
         begins = doubted and not self.doubtful
@@ -219,10 +233,11 @@ class HealthMonitor:
         most = change is not None and change.most
         carried = (at_once and most) or (begins and blind)
         why = self.why
-        if at_once:
+        if at_once and not unwitnessed:
             why = _CHANGED
-        elif evidence < 0.0:
+        elif evidence < 0.0 or (begins and unwitnessed):
             why = refusal.reason if refusal else explanation(match.inlier_ratio, consistency)
+            why += " while the wheels slip" if unwitnessed else ""
             why += ": the robot has left the map and goes by its own motion" if off_map else ""
         return replace(
             self,

@@ -295,21 +295,6 @@ class SlipDetector(NamedTuple):
         gain = speed - (self.speed or 0.0)
         return abs(gain) <= c.max_acceleration * self.elapsed + c.overspeed_margin
 
-    def explains(self, distance: float, elapsed: float, sigma: float, now: int) -> bool:
-        """Return whether wheels that slip could have let the robot move so far: no further than they or it went before.
-
-        Args:
-            distance: forward motion since the last sweep [m].
-            elapsed: time since then [s].
-            sigma: of the position along the way, before that sweep's own information [m].
-            now: stamp of the sweep [ns].
-        """
-        if not self.config.sensors.wheels:
-            return True
-        low, high = self._reach(now)
-        room = self.config.overspeed_margin * elapsed + _ROOM * sigma
-        return low * elapsed - room <= distance <= high * elapsed + room
-
     def _reach(self, now: int) -> tuple[float, float]:
         """Return the least and the greatest speed that wheels, or a robot that goes on as before, may have [m/s]."""
         before = self.trusted_speed if self.slipping(now) else 0.0

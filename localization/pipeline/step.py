@@ -274,6 +274,7 @@ def _judged(
         health = health.after_sweep(
             match, state.filter.pose, registration.refusal, elapsed, driven,
             registration.consistency, change, blind,
+            state.slip.slipping(record.sweep.stamp),
         )  # fmt: skip
         if not search.checking:
             health = health.after_distance(driven)

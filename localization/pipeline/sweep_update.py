@@ -2,9 +2,9 @@
 
 KISS-ICP observes how the robot moved since the last sweep, and the wheels are compared with it. The sweep is
 registered against the cloud with the prediction as prior; where no gyro accompanies the wheels, KISS-ICP's
-motion is part of the prediction. A sweep that fits the map but contradicts the prediction shows that the
-wheels slipped, or is tried again with a wider prior; a sweep that does not fit is rejected; all others
-correct the filter.
+motion is part of the prediction. A sweep that fits the map but contradicts wheels that nobody witnessed, or that
+makes the pose doubtful, is tried again with wider priors; a sweep that does not fit is rejected; all others correct
+the filter.
 """
 
 from __future__ import annotations
@@ -18,11 +18,12 @@ from scipy.stats import chi2
 
 from localization.config import LocalizerConfig
 from localization.filter.ekf import FilterState, mark
-from localization.filter.pose_error import LEVER, difference
+from localization.filter.pose_error import LEVER
 from localization.filter.updates import (
     between,
     match_nis,
     relative_nis,
+    update_height,
     update_level,
     update_match,
     update_relative,
@@ -30,7 +31,7 @@ from localization.filter.updates import (
     widen,
 )
 from localization.matching.matchers import MatchSweep
-from localization.matching.registration import share_explained
+from localization.matching.registration import seen_at, share_explained
 from localization.matching.scan_consistency import explanation
 from localization.monitoring.health import Refusal, unobservable_axes
 from localization.monitoring.slip_detection import SlipDetector
@@ -42,15 +43,11 @@ from localization.types import SECOND, Match, Pose, ScanConsistency, Sweep
 
 _GATE = tuple(float(chi2.ppf(0.9999, k)) for k in range(1, 7))
 """Largest normalised innovation squared of a match by its number of observable directions (99.99 %)."""
-_LIFTED = 0.15
-"""A robot on wheels that was so near to the height of the ground does not leave it by more [m]: a kerb, and the noise of
-the ground's cells on a slope."""
-_LIFTED_AT_ONCE = 0.05
-"""By so much at once [m]: up a ramp that the map does not show a robot climbs by millimetres from sweep to sweep."""
+_GROUND = 0.05
+"""Error of a robot's height over the mapped ground, one sigma [m]: a third of a kerb, a small ramp, and the noise of the
+ground's cells on a slope."""
 _SAMPLING = 0.02
 """The share of a sweep that the map explains differs by this much between poses that are equally good."""
-_HARMLESS = 0.05
-"""A match from a wider prior may depart by this much in directions that the sweep does not observe [m]."""
 _NEARLY = 0.05
 """With a wider prior at least the same share of the sweep must be explained, but for this much."""
 _TURNS = (0.0, -1.0, 1.0, -2.0, 2.0)
@@ -93,6 +90,10 @@ def corrected_by_sweep(
             filter_ = update_level(state.filter, config.ekf)
         else:
             filter_ = update_tilt(state.filter, config.ekf, elapsed)
+            if state.placed and r.world.ground.seen:
+                (under,) = r.world.ground.heights(filter_.pose.position[None, :2])
+                above = float(filter_.pose.position[2] - under)
+                filter_ = update_height(filter_, above, _GROUND)
     # After it: what slip adds to the covariance is taken away by the motion that is observed, and by nothing between.
     state, observed = _observed_motion(state._replace(filter=filter_), record, elapsed, r)
     registration = Registration()
@@ -179,21 +180,20 @@ def _matched(
             relative = None
             filter_ = update_relative(filter_, state.last.map_from_base, *observed, _NONE_USED)
         match, nis = _registered(filter_, record, matcher, share, r)
-    refusal = _refusal(match, nis, filter_.pose, r)
-    suspected = refusal is not None and (slip.slipping(now) or observed is None)
-    suspected = suspected and _could_have_slipped(match, state, elapsed, now)
-    if suspected and _shows_slip(match, filter_.pose, record.sweep, r):
-        slip, filter_ = _slipped(slip, filter_, now, config)
-        # The record keeps the first match: a replay begins from the prediction that it belongs to.
-        match, nis = _registered(filter_, replace(record, match=None), matcher, share, r)
-        refusal = _refusal(match, nis, filter_.pose, r)
-    least = _least_elsewhere(match, refusal, state, config)
+    refusal = _refusal(match, nis, r)
+    refuted = refusal is not None and refusal.elsewhere
+    if refusal is not None and refuted and not _fits_better(match, filter_.pose, record.sweep, r):
+        refusal = replace(refusal, excess=0.0)
+    # If KISS-ICP observed the motion and agrees with the wheels, the map or the earlier pose is at fault.
+    unwitnessed = slip.slipping(now) or observed is None
+    least = _least_elsewhere(match, refusal, state, config, unwitnessed=unwitnessed)
     if least is not None:
         starts = _starts(state, filter_, contradicted=contradicted)
         wider = _registered_wider(filter_, record, matcher, share, least, starts, r)
         if wider is not None:
             (filter_, match, nis), refusal = wider, None
-            slip = slip.distrusted(now) if config.sensors.displaced else slip
+            misled = config.sensors.displaced or unwitnessed
+            slip = slip.distrusted(now) if misled else slip
     with r.stage("ekf"):
         if relative is not None:
             used = match.observable_directions if refusal is None else _NONE_USED
@@ -202,7 +202,12 @@ def _matched(
             filter_ = update_match(filter_, ekf, match, r.map_noise)
     with r.stage("scan consistency"):
         if record.consistency is None:
-            record.consistency = r.beams.classify(record.sweep, filter_.pose, match.distances)
+            distances = match.distances
+            if refusal is not None and refuted:
+                # What fits where it was registered does not speak for where the robot is believed to be.
+                seen = seen_at(record.sweep, r.world, filter_.pose, config.registration)
+                distances = seen.distance
+            record.consistency = r.beams.classify(record.sweep, filter_.pose, distances)
     if refusal is None and "forward" not in unobservable_axes(match, filter_.pose):
         way = state.last.map_from_base.inverse() @ filter_.pose
         sigma = _sigma_along(filter_)
@@ -265,7 +270,12 @@ def _registered_by_witnesses(
 
 
 def _least_elsewhere(
-    match: Match, refusal: Refusal | None, state: State, config: LocalizerConfig
+    match: Match,
+    refusal: Refusal | None,
+    state: State,
+    config: LocalizerConfig,
+    *,
+    unwitnessed: bool,
 ) -> float | None:
     """Return the share of a sweep that must fit from a wider prior for that to be believed; None to try none.
 
@@ -275,7 +285,8 @@ def _least_elsewhere(
     """
     fits = match.inlier_ratio >= config.slip_min_inlier_ratio
     if refusal is not None and fits:
-        tried = config.sensors.displaced or state.health.doubtful
+        tried = config.sensors.displaced or state.health.doubtful or unwitnessed
+        tried = tried or not refusal.elsewhere
         return match.inlier_ratio - _NEARLY if tried else None
     if config.sensors.displaced and match.inlier_ratio < config.retry_below:
         return match.inlier_ratio + config.retry_gain
@@ -318,8 +329,7 @@ def _registered_wider(
     for sigma in r.config.retry_sigma:
         wide = widen(filter_, *sigma)
         match, nis = _registered(wide, replace(record, match=None), matcher, share, r)
-        found = match.inlier_ratio >= least and _refusal(match, nis, wide.pose, r) is None
-        if found and _unobserved_shift(filter_, match) < _HARMLESS:
+        if match.inlier_ratio >= least and _refusal(match, nis, r) is None:
             near = wide, match, nis
             break
     fits = r.config.slip_min_inlier_ratio
@@ -354,16 +364,9 @@ def _registered_turned(
         prior = replace(wide, pose=start)
         nis = match_nis(prior, r.config.ekf, match)
         better = best is None or match.inlier_ratio > best[1].inlier_ratio
-        if better and _refusal(match, nis, start, r) is None:
+        if better and _refusal(match, nis, r) is None:
             best = prior, match, nis
     return best
-
-
-def _unobserved_shift(filter_: FilterState, match: Match) -> float:
-    """Return how far a match departs from the prediction in directions that it does not observe [m, LEVER]."""
-    off = difference(filter_.pose, match.map_from_base) * np.repeat([1.0, LEVER], 3)
-    w = match.observable_directions
-    return float(np.linalg.norm(off - w.T @ (w @ off)))
 
 
 def _registered(
@@ -383,33 +386,16 @@ def _registered(
     return match, match_nis(filter_, r.config.ekf, match) if constrained else 0.0
 
 
-def _refusal(match: Match, nis: float, predicted: Pose, r: Resources) -> Refusal | None:
+def _refusal(match: Match, nis: float, r: Resources) -> Refusal | None:
     """Return why a match is rejected; None if it is believed."""
     k = len(match.observable_directions)
     if k == 0 or match.inlier_ratio < r.config.min_inlier_ratio:
-        return Refusal("the map does not explain the sweep", elsewhere=False)
-    where = "the sweep fits the map where the robot cannot be"
-    if nis > _GATE[k - 1]:
-        return Refusal(f"{where} (NIS {nis:.0f} of {_GATE[k - 1]:.0f})", elsewhere=True)
-    # Of people around the robot a level scanner sees legs, which all fit the floor from far enough below it.
-    height, before = (_above_ground(pose, r) for pose in (match.map_from_base, predicted))
-    if abs(height) > _LIFTED >= abs(before) and abs(height - before) > _LIFTED_AT_ONCE:
-        side = "above" if height > 0.0 else "below"
-        return Refusal(f"{where} ({abs(height):.2f} m {side} the ground)", elsewhere=True)
+        return Refusal("the map does not explain the sweep")
+    gate = _GATE[k - 1]
+    if nis > gate:
+        where = "the sweep fits the map where the robot cannot be"
+        return Refusal(f"{where} (NIS {nis:.0f} of {gate:.0f})", nis - gate)
     return None
-
-
-def _above_ground(pose: Pose, r: Resources) -> float:
-    """Return the height of the robot above the mapped ground [m]; 0 where none is mapped."""
-    ground = r.world.ground
-    (under,) = ground.heights(pose.position[None, :2])
-    return float(pose.position[2] - under) if ground.seen else 0.0
-
-
-def _could_have_slipped(match: Match, state: State, elapsed: float, now: int) -> bool:
-    """Return whether slipping wheels could have taken the robot to where a sweep fits."""
-    way = state.last.map_from_base.inverse() @ match.map_from_base
-    return state.slip.explains(float(way.position[0]), elapsed, _sigma_along(state.filter), now)
 
 
 def _sigma_along(filter_: FilterState) -> float:
@@ -418,22 +404,18 @@ def _sigma_along(filter_: FilterState) -> float:
     return float(np.sqrt(forward @ filter_.covariance[:3, :3] @ forward))
 
 
-def _shows_slip(match: Match, predicted: Pose, sweep: Sweep, r: Resources) -> bool:
-    """Return whether a rejected sweep shows that the wheels slipped, if nothing but they observed the motion.
+def _fits_better(match: Match, predicted: Pose, sweep: Sweep, r: Resources) -> bool:
+    """Return whether the map explains clearly more of a sweep where it was registered than where it was predicted.
 
-    If KISS-ICP observed it and agrees with the wheels, the map or the earlier pose is at fault. So is the map unless it
-    explains clearly more of the sweep than where the wheels lead: one with holes draws a sweep to where it has
-    points, and a scanner that sees one upright plane alone fits at many places along a wall.
+    Otherwise its place says nothing: a map with holes draws a sweep to where it has points, a scanner that sees one
+    upright plane alone fits at many places along a wall, and people close around a robot fit somewhere.
 
     Args:
-        match: the sweep fits the map, but contradicts the prediction.
-        predicted: ``map_from_base`` where the wheels lead.
+        match: the registration, which contradicts the prediction.
+        predicted: ``map_from_base``.
         sweep: the sweep.
         r: what counts as fitting, and the map.
     """
-    constrained = len(match.observable_directions) > 0
-    if not constrained or match.inlier_ratio < r.config.slip_min_inlier_ratio:
-        return False
     there = share_explained(sweep, r.world, predicted, r.config.registration)
     return there <= match.inlier_ratio - r.config.retry_gain
 

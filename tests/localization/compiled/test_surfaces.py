@@ -59,15 +59,19 @@ SCALES = Scales(
 
 
 def weights_of(
-    distance: FloatArray, along: FloatArray, *, kernel: float = 0.04, limited: bool = False,
+    distance: FloatArray, along: FloatArray, *, kernel: float = 0.04, level_kernel: float = 0.04,
+    upright: bool = True, limited: bool = False,
     across: float = 1.0, spread: tuple[float, ...] = (), tangential: float = 0.3,
 ) -> FloatArray:  # fmt: skip
     n, noise = len(distance), np.array(spread, dtype=np.float32)
     nearest = np.zeros(n, dtype=np.int32)
     scales = SCALES._replace(tangential=tangential)
+    jacobian = np.zeros((n, 6))
+    jacobian[:, 0 if upright else 2] = 1.0
     return point_weights(
-        distance, along, np.full(n, across), nearest, np.ones(n), noise, kernel, limited, scales
-    )
+        distance, jacobian, along, np.full(n, across), nearest, np.ones(n), noise, kernel, level_kernel,
+        limited, scales,
+    )  # fmt: skip
 
 
 def test_weights_end_at_the_gate_and_where_nothing_is_near() -> None:
@@ -85,6 +89,13 @@ def test_smooth_maps_weigh_grazing_beams_and_scattered_normals_less() -> None:
     assert weights_of(here, smooth, across=0.05, kernel=0.15) == pytest.approx(1.0)
     assert weights_of(here, smooth, spread=(0.08,)) == pytest.approx(0.25)
     assert weights_of(here, rough, across=0.05, spread=(0.08,)) == pytest.approx(1.0)
+
+
+def test_floors_have_a_scale_of_their_own() -> None:
+    off = np.array([0.3])
+    assert weights_of(off, np.zeros(0), kernel=0.15) > 0.0
+    assert weights_of(off, np.zeros(0), kernel=0.15, upright=False) == 0.0
+    assert weights_of(off, np.zeros(0), level_kernel=0.15, upright=False) > 0.0
 
 
 def test_normal_equations_are_those_of_dense_matrices_and_leave_out_what_has_no_weight() -> None:
@@ -123,7 +134,7 @@ def test_alignment_that_is_held_firmly_stays_at_its_prior(hall: PreparedMap) -> 
     given = points, np.zeros_like(points), np.linalg.norm(points, axis=1)
     position, rotation, *_ = aligned(
         *given, prior.position, prior.rotation, 1e14 * np.eye(6), hall.arrays,
-        np.zeros(0, dtype=np.float32), False, 0.15, 8, 5e-4, SCALES,
+        np.zeros(0, dtype=np.float32), False, 0.15, 0.15, 8, 5e-4, SCALES,
     )  # fmt: skip
     np.testing.assert_allclose(position, prior.position, atol=1e-9)
     np.testing.assert_allclose(rotation, prior.rotation, atol=1e-9)

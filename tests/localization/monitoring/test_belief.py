@@ -103,7 +103,7 @@ def test_people_who_hide_beams_also_send_a_few_through_the_map() -> None:
 
 
 def test_sweeps_soon_after_each_other_from_one_place_count_as_fewer() -> None:
-    assert independence(0.0, 0.0, C) == 0.0
-    assert independence(0.1, 0.0, C) == pytest.approx(4.0 * independence(0.025, 0.0, C))
-    assert independence(0.1, 0.1, C) > independence(0.1, 0.0, C)
-    assert independence(5.0, 5.0, C) == 1.0
+    assert independence(0.0, 0.0, 0.0, C) == 0.0
+    assert independence(0.1, 0.0, 0.0, C) == pytest.approx(4.0 * independence(0.025, 0.0, 0.0, C))
+    assert independence(0.1, 0.1, 0.0, C) > independence(0.1, 0.0, 0.0, C)
+    assert independence(5.0, 5.0, 0.0, C) == 1.0

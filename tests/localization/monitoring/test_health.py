@@ -22,7 +22,7 @@ HIDDEN = ScanConsistency(0.8, 0.78, 0.02, 0.0)
 MOVED = ScanConsistency(0.3, 0.06, 0.2, 0.04)
 WRONG = ScanConsistency(0.6, 0.2, 0.3, 0.1)
 BEYOND = ScanConsistency(0.95, 0.0, 0.0, 0.95)
-ELSEWHERE = Refusal("it fits where it cannot be", elsewhere=True)
+ELSEWHERE = Refusal("it fits where it cannot be", excess=100.0)
 CHANGED = "what is seen changed at once: was the robot carried?"
 
 
@@ -133,7 +133,7 @@ def test_no_single_sweep_makes_a_pose_lost_and_two_that_agree_do() -> None:
 
 def test_crowd_before_the_scanners_is_no_alarm_however_long_it_stays() -> None:
     assert ask(feed(STOOD, 600, CROWD))[0] is Health.TRACKING
-    hidden = Refusal("it fits badly", elsewhere=False)
+    hidden = Refusal("it fits badly")
     assert not feed(STOOD, 50, HIDDEN, refusal=hidden).lost
 
 
@@ -239,7 +239,7 @@ def test_doubt_that_lasts_wants_other_places_searched_but_no_moments_doubt_does(
 
 
 def test_robot_that_leaves_the_map_is_suspect_but_not_lost() -> None:
-    badly = Refusal("it fits badly", elsewhere=False)
+    badly = Refusal("it fits badly")
     monitor = feed(STOOD, 100, BEYOND, refusal=badly)
     health, (reason,) = ask(monitor)
     assert health is Health.SUSPECT

@@ -136,23 +136,6 @@ def test_speed_to_go_on_with_is_that_of_trusted_wheels_where_kiss_icp_sees_nothi
 
 
 @pytest.mark.parametrize(
-    ("distance", "sigma", "possible"),
-    [
-        (0.01, 0.005, True),  # the wheels spin and the robot stays behind
-        (0.08, 0.005, True),
-        (0.17, 0.005, False),  # faster than its wheels have ever turned
-        (-0.10, 0.005, False),
-        (0.17, 0.05, True),  # its place was not known better before
-    ],
-)
-def test_slip_takes_a_robot_no_further_than_its_wheels(
-    distance: float, sigma: float, possible: bool
-) -> None:
-    detector = SlipDetector(LocalizerConfig()).rolled_on(0.06).unobserved(0.1, 1)
-    assert detector.explains(distance, 0.1, sigma, 2) is possible
-
-
-@pytest.mark.parametrize(
     ("after", "later", "slip"), [(0.7, 1, False), (0.0, 1, True), (0.7, 9, True)]
 )
 def test_wheels_that_come_back_from_slip_to_the_speed_of_before_are_trusted(

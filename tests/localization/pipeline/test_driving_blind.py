@@ -93,7 +93,7 @@ def test_wheels_that_spun_while_the_robot_was_blind_are_found_out_once_it_sees(
     for beside in BESIDE:
         run = driven(hedge, slip=2.0, within=0.4, beside=beside)
         wrong = [i for i in run if i.off > 0.3]
-        assert max(i.off for i in wrong) > 0.9, "the wheels misled it"
+        assert max(i.off for i in wrong) > 0.8, "the wheels misled it"
         sure = {Health.TRACKING, Health.DEGRADED}
         assert sum(i.health in sure for i in wrong if i.stamp > SPINNING[1] + SECOND) < 5
         right.append(max(i.stamp for i in run if i.off > 0.05) - SILENT[1])
