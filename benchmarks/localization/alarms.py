@@ -22,12 +22,18 @@ WRONG, WRONG_YAW = 0.25, np.deg2rad(10.0)
 PATIENCE = 2 * SECOND
 """A wrong estimate must be flagged within this time [ns]."""
 FLAGGED = (Health.LOST, Health.RELOCALISING)
+DOUBTED = (*FLAGGED, Health.SUSPECT)
 CHUNKS = 8
 """Parts that the drives are measured in, each by itself."""
 SECONDS = 600.0
 """Length of a drive [s]: there and back on the tour, again and again."""
-_COUNTS = ("false alarms of being lost", "false doubts", "wrong for 2 s and not flagged")
-_GOALS = (0.1, 10.0, None)
+_COUNTS = (
+    "false alarms of being lost",
+    "false doubts",
+    "wrong for 2 s and not flagged",
+    "wrong for 2 s and not even doubted",
+)
+_GOALS = (0.1, 10.0, None, None)
 """Rates of them [1/h] that are wanted at most; a doubt slows an operator down, and stops nobody."""
 _DRIVEN = "driven"
 
@@ -63,6 +69,8 @@ class Watch:
     """The same of doubts."""
     missed: int = 0
     """Times it was wrong and not flagged in time."""
+    trusted: int = 0
+    """Times it was wrong for as long and not even doubted."""
     seconds: float = 0.0
     """That were watched."""
     stories: list[str] = field(default_factory=list)
@@ -71,6 +79,8 @@ class Watch:
     _last: int = 0
     _unflagged: int = 0
     """For how long it has been wrong and not flagged [ns]."""
+    _undoubted: int = 0
+    """The same of doubts."""
 
     def see(self, stamp: int, far: float, turn: float, health: Health, reasons: str) -> None:
         """Take note of one sweep's estimate and how far off it is [m, rad]."""
@@ -84,11 +94,13 @@ class Watch:
             self.suspect += health is Health.SUSPECT
         self.seconds += since / SECOND
         self._before, self._last = health, stamp
-        waited = self._unflagged
+        waited, believed = self._unflagged, self._undoubted
         self._unflagged = 0 if right or health in FLAGGED else waited + since
+        self._undoubted = 0 if right or health in DOUBTED else believed + since
         if waited <= PATIENCE < self._unflagged:
             self.missed += 1
             self.stories.append(f"not flagged at {told}")
+        self.trusted += believed <= PATIENCE < self._undoubted
 
 
 def watch(
@@ -134,8 +146,9 @@ def counts(drives: Iterable[LongDrive], config: LocalizerConfig | None = None) -
         for story in seen.stories:
             say(f"    {case}, {story}")
         yield Figure(case, OURS, _DRIVEN, seen.seconds / 3600.0, "h")
-        for name, events in zip(_COUNTS, (seen.lost, seen.suspect, seen.missed), strict=True):
-            yield Figure(case, OURS, name, float(events))
+        each = (seen.lost, seen.suspect, seen.missed, seen.trusted)
+        for name, count in zip(_COUNTS, each, strict=True):
+            yield Figure(case, OURS, name, float(count))
 
 
 def by_world(figures: Iterable[Figure]) -> dict[str, list[Figure]]:

@@ -287,7 +287,8 @@ def widen(
 def between(state: FilterState, then: Pose, motion: Pose) -> tuple[FilterState, FilterState]:
     """Return the states of two predictions that contradict each other: the present one, and an observed motion.
 
-    The difference of the two is one sigma of either, in addition to the present covariance.
+    The difference of the two is one sigma of either, in addition to the present covariance: of its way and of its turn,
+    each by itself. Wheels that miss two and a half times as much of a turn have not missed as much more of the way.
 
     Args:
         state: the present prediction.
@@ -297,6 +298,7 @@ def between(state: FilterState, then: Pose, motion: Pose) -> tuple[FilterState, 
     off, h = _departure(state, then, motion)
     error = h.T @ off
     extra = np.outer(error, error)
+    extra[:3, 3:] = extra[3:, :3] = 0.0
     wide = with_pose_covariance(state, state.full_covariance[:6, :6] + extra)
     wide = replace(wide, accrued=state.accrued + extra)
     x, y, z, roll, pitch, yaw = error.tolist()
