@@ -21,7 +21,7 @@ from localization.filter.ekf import (
 )
 from localization.filter.ekf_config import EkfConfig
 from localization.filter.pose_error import difference
-from localization.filter.updates import update_relative
+from localization.filter.updates import between, update_relative
 from localization.geometry import FloatArray, so3_exp
 from localization.motion.displacement import arc_step, with_turn
 from localization.motion.gyro_turn import GyroStep, ReportedTilt, TurnWitness
@@ -303,6 +303,23 @@ def test_observed_turn_corrects_heading_and_ratio_as_if_the_pose_before_it_were_
     assert np.array([updated.pose.yaw - turn, updated.kappa[1]]) == pytest.approx(0.1 * gain)
     left = updated.full_covariance[np.ix_(at, at)]
     assert left == pytest.approx(joint - np.outer(gain, with_motion), rel=1e-6)
+
+
+def test_wheels_and_scanner_that_contradict_each_other_may_miss_way_and_turn_each_by_itself() -> (
+    None
+):
+    before = filter_at(Pose.planar(3.0, 1.0, 0.7))
+    after, _ = predict_displacement(before, CONFIG, Pose.planar(0.1, 0.0, 0.0), 0.2)
+    rolled, seen = between(after, before.pose, Pose.planar(0.3, 0.1, 0.4))
+    assert rolled.pose == after.pose
+    assert difference(before.pose @ Pose.planar(0.3, 0.1, 0.4), seen.pose) == pytest.approx(
+        np.zeros(6)
+    )
+    off = difference(rolled.pose, seen.pose)
+    added = rolled.full_covariance[:6, :6] - after.full_covariance[:6, :6]
+    assert added[:3, :3] == pytest.approx(np.outer(off[:3], off[:3]))
+    assert added[3:, 3:] == pytest.approx(np.outer(off[3:], off[3:]))
+    assert added[:3, 3:] == pytest.approx(np.zeros((3, 3)))
 
 
 @pytest.mark.parametrize("turn", [-0.2, 0.2])

@@ -19,6 +19,7 @@ ALL = np.eye(6)
 GOOD = ScanConsistency(0.06, 0.02, 0.01, 0.03)
 CROWD = ScanConsistency(0.55, 0.5, 0.02, 0.03)
 HIDDEN = ScanConsistency(0.8, 0.78, 0.02, 0.0)
+CLOSE = ScanConsistency(0.98, 0.98, 0.0, 0.0)
 MOVED = ScanConsistency(0.3, 0.06, 0.2, 0.04)
 WRONG = ScanConsistency(0.6, 0.2, 0.3, 0.1)
 BEYOND = ScanConsistency(0.95, 0.0, 0.0, 0.95)
@@ -39,12 +40,13 @@ def feed(
     elapsed: float = 0.1,
     change: Change | None = None,
     blind: bool = False,
+    slipping: bool = False,
 ) -> HealthMonitor:
     explained = 1.0 - consistency.unexplained if consistency else 0.0
     for _ in range(n):
         monitor = monitor.after_sweep(
-            match(explained), HERE, refusal, elapsed, 0.3 * elapsed, consistency, change, blind
-        )
+            match(explained), HERE, refusal, elapsed, 0.3 * elapsed, consistency, change, blind, slipping
+        )  # fmt: skip
     return monitor
 
 
@@ -141,6 +143,36 @@ def test_sweeps_that_fit_where_the_robot_cannot_be_are_lost_soon() -> None:
     assert feed(STOOD, 20, GOOD, refusal=ELSEWHERE).lost
     assert feed(STOOD, 20, None, refusal=ELSEWHERE).lost
     assert ask(feed(STOOD, 20, GOOD, refusal=ELSEWHERE))[1] == (ELSEWHERE.reason,)
+
+
+def test_sweep_that_fits_elsewhere_speaks_against_the_pose_as_far_as_it_is_beyond_the_gate() -> (
+    None
+):
+    before = STOOD.belief.odds
+    excess = (0.1, 2.0, 6.0, 100.0)
+    lost = [
+        before - feed(STOOD, 1, refusal=Refusal("elsewhere", x), elapsed=1.0).belief.odds
+        for x in excess
+    ]
+    assert lost == sorted(lost)
+    assert lost[1] - lost[0] == pytest.approx(0.95)
+    assert lost[3] - lost[0] == pytest.approx(BeliefConfig().most - 0.05)
+
+
+def test_refused_sweep_that_is_mostly_hidden_does_not_speak_for_the_pose() -> None:
+    doubted = feed(STOOD, 3, WRONG)
+    hidden = feed(doubted, 20, CLOSE, refusal=Refusal("it fits badly"))
+    assert hidden.belief.odds <= doubted.belief.odds
+    assert feed(doubted, 20, CLOSE).belief.odds > doubted.belief.odds
+
+
+def test_robot_whose_wheels_slip_while_no_sweep_is_of_use_is_suspect_within_two_seconds() -> None:
+    badly = Refusal("it fits badly")
+    assert ask(feed(STOOD, 20, CLOSE, refusal=badly))[0] is Health.TRACKING
+    assert ask(feed(STOOD, 20, CROWD, slipping=True))[0] is Health.TRACKING
+    health, (reason,) = ask(feed(STOOD, 20, CLOSE, refusal=badly, slipping=True), slipping=True)
+    assert health is Health.SUSPECT
+    assert reason == "it fits badly while the wheels slip"
 
 
 def test_sweeps_that_are_compared_with_nothing_say_nothing() -> None:
