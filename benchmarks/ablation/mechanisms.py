@@ -55,7 +55,6 @@ def both(*changes: Change) -> Change:
 
 MECHANISMS: Mapping[str, Change] = {
     "KISS-ICP odometry": without(kiss_odometry=False),
-    "slip inferred from sweeps": without(slip_min_inlier_ratio=2.0),
     "wider priors": without(retry_sigma=()),
     "wider priors for what fits badly": without(retry_below=0.0),
     "overspeed margin": without(overspeed_margin=1e3),

@@ -48,10 +48,10 @@ WITH_LATE = ("late readings", "registration cache")
 """Mechanisms for readings that come late, as they do in none of the simulated drives but that made for them."""
 
 PAIRS: tuple[tuple[str, ...], ...] = (
-    ("KISS-ICP odometry", "slip inferred from sweeps"),
+    ("KISS-ICP odometry", "wider priors"),
     ("KISS-ICP odometry", "wheel-gyro slip gate"),
     ("debiasing", "observability threshold"),
-    ("slip inferred from sweeps", "wheel-gyro slip gate", "observability threshold"),
+    ("wider priors", "wheel-gyro slip gate", "observability threshold"),
 )
 """Mechanisms that can stand in for each other: what one contributes may show only where the other is missing.
 The last are those that contribute nothing alone."""

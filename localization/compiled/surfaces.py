@@ -16,29 +16,49 @@ BoolArray = npt.NDArray[np.bool_]
 
 BITS = 3
 """Cells along the edge of a block of a grid, as a power of two."""
+BLOCK = 1 << BITS
+"""The same as a number."""
 
 
-class GridArrays(NamedTuple):
-    """The arrays of a ``NearestGrid``, which explains them."""
+class NearestGrid(NamedTuple):
+    """Grid that holds the nearest point of a cloud for any place near a surface, in constant time.
+
+    Space is divided into cells, and each cell near a surface stores the point nearest to its centre. Blocks of
+    8 x 8 x 8 cells far from any surface are absent, so memory grows with surface, not with volume. A block refers
+    to few points and numbers them itself, so a cell takes one byte.
+    """
 
     origin: FloatArray
-    """(3,) [m]."""
+    """Corner of the first cell (3,) [m]."""
     cell: float
     """Edge of a cell [m]."""
     directory: IndexArray
-    """Number of the block at each place (bx, by, bz)."""
+    """Number of the block at each place (bx, by, bz); 0 where there is no block."""
     blocks: CodeArray
-    """(B, 8, 8, 8)."""
+    """Number, within its block, of the point nearest to each cell (B, 8, 8, 8); 0 if none is in reach."""
     first: IndexArray
-    """(B,)."""
+    """Position in ``owners`` (B,) at which each block's points begin."""
     owners: IndexArray
-    """(M,)."""
+    """Indices of cloud points (M,); each block's list begins with -1, for no point."""
+
+    @property
+    def nbytes(self) -> int:
+        """Size of all arrays [bytes]."""
+        return self.directory.nbytes + self.blocks.nbytes + self.first.nbytes + self.owners.nbytes
+
+    def nearest(self, points: FloatArray) -> IndexArray:
+        """Return for each point (N, 3) [m] the index of the nearest cloud point; -1 if none is in reach.
+
+        The result is exact for the centre of the point's cell.
+        """
+        found: IndexArray = _nearest_points(points, self)
+        return found
 
 
 class CloudArrays(NamedTuple):
     """What the loops need of a prepared map."""
 
-    grid: GridArrays
+    grid: NearestGrid
     """Nearest points."""
     points: FloatArray
     """(N, 3) [m]."""
@@ -49,7 +69,7 @@ class CloudArrays(NamedTuple):
 
 
 @compiled
-def _nearest(x: float, y: float, z: float, grid: GridArrays) -> int:
+def _nearest(x: float, y: float, z: float, grid: NearestGrid) -> int:
     """Return the index of the point nearest to the centre of the cell around a place [m]; -1 if none is in reach."""
     i = np.floor((x - grid.origin[0]) / grid.cell)
     j = np.floor((y - grid.origin[1]) / grid.cell)
@@ -87,8 +107,7 @@ def _nearest_of_four(x: float, y: float, z: float, cloud: CloudArrays) -> int:
 
 
 @compiled
-def nearest_points(points: FloatArray, grid: GridArrays) -> IndexArray:
-    """Return for each point (N, 3) [m] the index of the nearest cloud point; -1 if none is in reach."""
+def _nearest_points(points: FloatArray, grid: NearestGrid) -> IndexArray:
     found = np.empty(len(points), dtype=np.int32)
     for n in range(len(points)):
         found[n] = _nearest(points[n, 0], points[n, 1], points[n, 2], grid)

@@ -8,8 +8,8 @@ import numpy as np
 import numpy.typing as npt
 from scipy import ndimage
 
+from localization.compiled.surfaces import BLOCK, CodeArray, IndexArray, NearestGrid
 from localization.geometry import FloatArray
-from localization.maps.nearest_point_grid import BLOCK, CodeArray, IndexArray, NearestGrid
 
 _FARTHEST = 32
 """Limit of the reach [cells]; boxes are built with a margin of the reach."""

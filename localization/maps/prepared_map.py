@@ -11,14 +11,13 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
-from localization.compiled.surfaces import CloudArrays
+from localization.compiled.surfaces import CloudArrays, IndexArray, NearestGrid
 from localization.geometry import FloatArray
 from localization.maps.cloud import Cloud
 from localization.maps.ground_height import Ground, ground_of
 from localization.maps.map_cache import default_cache as default_cache, load, store
 from localization.maps.map_noise import MapNoise, measured_noise, normal_spread
 from localization.maps.nearest_grid_building import build_grid
-from localization.maps.nearest_point_grid import IndexArray, NearestGrid as NearestGrid
 from localization.maps.thin_walls import other_faces
 
 _VERSION = 6
@@ -47,8 +46,7 @@ class PreparedMap:
     """What loops take of it."""
 
     def __post_init__(self) -> None:
-        cloud, grid = self.cloud, self.grid.arrays
-        arrays = CloudArrays(grid, cloud.points, cloud.normals, self.behind)
+        arrays = CloudArrays(self.grid, self.cloud.points, self.cloud.normals, self.behind)
         object.__setattr__(self, "arrays", arrays)
 
     def contains(self, x: float, y: float, *, margin: float = 0.0) -> bool:

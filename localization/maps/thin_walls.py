@@ -12,8 +12,8 @@ from typing import Final
 import numpy as np
 from scipy.spatial import cKDTree
 
+from localization.compiled.surfaces import IndexArray
 from localization.maps.cloud import Cloud
-from localization.maps.nearest_point_grid import IndexArray
 
 THINNEST: Final = 0.045
 """Faces nearer to each other than this are those of a thin wall [m]: just below the grid of nearest points' cell,

@@ -18,6 +18,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from localization.compiled.surfaces import (
+    IndexArray,
     Scales,
     aligned,
     normal_equations,
@@ -28,7 +29,6 @@ from localization.filter.covariance import pose_covariance
 from localization.filter.pose_error import LEVER
 from localization.geometry import FloatArray, hat, so3_exp
 from localization.maps.map_noise import MapNoise
-from localization.maps.nearest_point_grid import IndexArray
 from localization.maps.prepared_map import PreparedMap
 from localization.types import Match, Pose, RangeFit, Sweep
 

@@ -8,10 +8,10 @@ import pytest
 from hypothesis import given, settings, strategies as st
 from scipy.spatial import cKDTree
 
-from localization.compiled.surfaces import plane_distances
+from localization.compiled.surfaces import NearestGrid, plane_distances
 from localization.maps.cloud import Cloud
 from localization.maps.map_files import save_cloud
-from localization.maps.prepared_map import NearestGrid, PreparedMap, default_cache, prepare
+from localization.maps.prepared_map import PreparedMap, default_cache, prepare
 from tests.support import bits
 
 CELL, REACH = 0.05, 0.4
