@@ -1,10 +1,11 @@
 """Localisation on real CARMEN logs beside other methods: error, relations, states, kidnaps, starts.
 
 ``python -m benchmarks real FOLDER [--logs NAME ...] [--begin S] [--end S] [--yaw FACTOR ...] [--stamps HOW ...]
-[--peers] [--yardstick SCRIPT] [--submission FILE] [--kidnaps N] [--hints N] [--seed S] [--all]
+[--peers] [--runs N] [--yardstick SCRIPT] [--submission FILE] [--kidnaps N] [--hints N] [--seed S] [--all]
 [--set KEY=VALUE ...] [--keep FOLDER] [--out FOLDER]``: the folder holds ``NAME-corrected.log.gz``, and ``NAME.clf.bz2``
 and ``NAME.relations`` if there are any; all its logs are run unless some are named. The map of a log is made of every second
-corrected scan, and the others are what the error is measured against. ``--all`` runs the peers, 50 kidnaps
+corrected scan, and the others are what the error is measured against. Each is replayed three times, with ranges that differ by a
+millionth, and the figures are means. ``--all`` runs the peers, 50 kidnaps
 and 30 starts of each kind a log; ``--out`` keeps the figures in ``real.json``, and the tables in ``real.md``;
 ``--all`` without ``--logs`` renews it whole, so changed odometry and stamps come after it.
 """
@@ -63,6 +64,7 @@ def _run(a: argparse.Namespace, sheet: Sheet) -> None:
         submissions=tuple(read_submission(path) for path in a.submission),
         kidnaps=a.kidnaps,
         hints=a.hints,
+        runs=a.runs,
         seed=a.seed,
         keep=a.keep,
     )
@@ -111,6 +113,9 @@ def _arguments(words: Sequence[str]) -> argparse.Namespace:
     )
     parser.add_argument("--kidnaps", type=int, default=0, metavar="N", help="on each excerpt")
     parser.add_argument("--hints", type=int, default=0, metavar="N", help="starts of each kind")
+    parser.add_argument(
+        "--runs", type=int, default=3, metavar="N", help="of each, ranges changed by a millionth"
+    )
     parser.add_argument("--seed", type=int, default=0, help="of places and of the hints' errors")
     parser.add_argument(
         "--all",

@@ -159,6 +159,21 @@ def turned(readings: Sequence[Reading], factor: float) -> tuple[Reading, ...]:
     return tuple(found)
 
 
+def again(drive: RealDrive, run: int) -> RealDrive:
+    """Return a drive whose ranges differ by so many millionths: less than any scanner resolves.
+
+    Rounding decides which of two points a voxel keeps, and where odometry stalls that becomes decimetres: one run of a
+    log is a draw.
+    """
+    if run == 0:
+        return drive
+    factor = 1.0 + 1e-6 * run
+    readings = (
+        replace(r, ranges=factor * r.ranges) if isinstance(r, Scan) else r for r in drive.readings
+    )
+    return replace(drive, readings=tuple(readings))
+
+
 def stamped(readings: Sequence[Reading], how: str) -> tuple[Reading, ...]:
     """Return readings in their order with other stamps; a scan and the odometry of its line keep one stamp.
 

@@ -16,9 +16,16 @@ from benchmarks.common.progress import note, with_progress
 from benchmarks.common.sheet import Sheet
 from benchmarks.real import hints, kidnaps
 from benchmarks.real.log_tracks import planar
-from benchmarks.real.logs import Excerpt, RealDrive
+from benchmarks.real.logs import Excerpt, RealDrive, again
 from benchmarks.real.peers import PEERS, peer_answers
-from benchmarks.real.scores import Answer, RealScore, answered, errors_of, score_real
+from benchmarks.real.scores import (
+    Answer,
+    RealScore,
+    answered,
+    errors_of,
+    mean_score,
+    score_real,
+)
 from benchmarks.real.submissions import Submission, submitted_answers
 from benchmarks.real.tables import HINTS, KIDNAPS, markdown, of_hints, of_kidnaps, of_score
 from benchmarks.real.yardstick import run_yardstick
@@ -50,6 +57,8 @@ class Wanted:
     """Number of times that a robot is carried off."""
     hints: int = 0
     """Number of starts for each kind of hint."""
+    runs: int = 1
+    """Number of replays, each with ranges that differ by a millionth."""
     seed: int = 0
     """Of the places, and of the hints' errors."""
     keep: Path | None = None
@@ -86,22 +95,25 @@ def _scores(
     # As where a robot runs: nothing that was loaded before is looked through for garbage during a scan.
     gc.collect()
     gc.freeze()
-    localizer = Localizer(drive.world, drive.log.mounts, config)
-    ours = answered(drive.readings, localizer, start=drive.start, mount=drive.mount)
-    found = _whole(drive, OURS, ours)
+    runs = [again(drive, run) for run in range(wanted.runs)]
+    found = [_whole(run, OURS, _ours(run, config)) for run in runs]
     if wanted.keep is not None:
-        _keep_poses(wanted.keep, drive, found)
+        _keep_poses(wanted.keep, drive, found[0])
     yield from _scored(drive, OURS, found)
     for name in PEERS if wanted.peers else ():
-        yield from _scored(drive, name, _whole(drive, name, peer_answers(drive, name)))
+        theirs = [_whole(run, name, peer_answers(run, name)) for run in runs]
+        yield from _scored(drive, name, theirs)
     if wanted.yardstick is not None and excerpt.yaw == 1.0 and excerpt.stamps == "logged":
         note(f"{excerpt.case}: {wanted.yardstick.name} runs, and says nothing until its end")
-        theirs, ms = run_yardstick(
-            wanted.yardstick, wanted.folder, excerpt.name, drive.scans_to_end
-        )
-        yield from _scored(drive, YARDSTICK, submitted_answers(drive, theirs), ms)
+        track, ms = run_yardstick(wanted.yardstick, wanted.folder, excerpt.name, drive.scans_to_end)
+        yield from _scored(drive, YARDSTICK, [submitted_answers(drive, track)], ms)
     for poses in wanted.submissions:
-        yield from _scored(drive, poses.path.stem, submitted_answers(drive, poses))
+        yield from _scored(drive, poses.path.stem, [submitted_answers(drive, poses)])
+
+
+def _ours(drive: RealDrive, config: LocalizerConfig) -> Iterator[Answer]:
+    localizer = Localizer(drive.world, drive.log.mounts, config)
+    return answered(drive.readings, localizer, start=drive.start, mount=drive.mount)
 
 
 def _whole(drive: RealDrive, name: str, found: Iterator[Answer]) -> list[Answer]:
@@ -109,11 +121,13 @@ def _whole(drive: RealDrive, name: str, found: Iterator[Answer]) -> list[Answer]
 
 
 def _scored(
-    drive: RealDrive, name: str, found: list[Answer], mean_ms: float | None = None
+    drive: RealDrive, name: str, runs: Sequence[list[Answer]], mean_ms: float | None = None
 ) -> Iterator[Figure]:
-    score = score_real(drive, found)
+    """Yield the mean figures of a method's replays."""
+    score = mean_score([score_real(drive, found) for found in runs])
     say(row(drive.case, name, score))
-    mean = 1e3 * float(np.mean([f.seconds for f in found])) if mean_ms is None else mean_ms
+    each = [answer.seconds for found in runs for answer in found]
+    mean = 1e3 * float(np.mean(each)) if mean_ms is None else mean_ms
     yield from of_score(drive.case, name, score, mean)
 
 

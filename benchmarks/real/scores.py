@@ -5,6 +5,7 @@ from __future__ import annotations
 import time
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 from scipy.stats import binom, chi2
@@ -218,6 +219,29 @@ def score_real(drive: RealDrive, found: Sequence[Answer]) -> RealScore:
         relation_std=float(np.std(errors)) if errors else np.nan,
         covered=float(np.mean(covered)) if covered else np.nan,
         cpu=(float(np.median(cpu)), float(np.percentile(cpu, 99)), float(cpu.max())),
+    )
+
+
+def mean_score(scores: Sequence[RealScore]) -> RealScore:
+    """Return the mean of replays of a drive; of the largest errors the largest, of the bounds the widest.
+
+    How often the error passed ``WRONG`` is counted over all of them.
+    """
+    names = (
+        "wrong", "mean", "p95", "trusted", "tracking", "calm", "nees", "relation", "relation_std", "covered",
+    )  # fmt: skip
+    means: dict[str, Any] = {k: float(np.mean([getattr(s, k) for s in scores])) for k in names}
+    low, high = zip(*(s.p95_bounds for s in scores), strict=True)
+    p50, p99, most = np.mean([s.cpu for s in scores], axis=0).tolist()
+    return replace(
+        scores[0],
+        **means,
+        excursions=sum(s.excursions for s in scores),
+        fails_after=min((s.fails_after for s in scores if s.excursions), default=np.nan),
+        p95_bounds=(min(low), max(high)),
+        max=max(s.max for s in scores),
+        states={k: float(np.mean([s.states[k] for s in scores])) for k in scores[0].states},
+        cpu=(p50, p99, most),
     )
 
 

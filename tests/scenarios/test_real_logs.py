@@ -12,8 +12,8 @@ import pytest
 
 from benchmarks.real import command as real
 from benchmarks.real.corrected_logs import corrected_scans
-from benchmarks.real.logs import STAMPS, Excerpt, real_drive, stamped, turned
-from benchmarks.real.scores import WRONG, answers, run_real, score_real
+from benchmarks.real.logs import STAMPS, Excerpt, again, real_drive, stamped, turned
+from benchmarks.real.scores import WRONG, answers, mean_score, run_real, score_real
 from localization.geometry import FloatArray, wrap_angle
 from localization.pipeline.localizer import Localizer, LocalizerConfig
 from localization.types import SECOND, Odometry, Pose, Reading, Scan
@@ -117,6 +117,27 @@ def test_real_log_is_held_against_its_corrected_scans_and_its_relations(
 
 
 @pytest.mark.slow
+def test_replays_of_ranges_that_differ_by_a_millionth_are_scored_by_their_means(
+    folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
+    drive = real_drive(folder, Excerpt("room", 5.0, 12.0))
+    other = again(drive, 3)
+    for before, after in zip(drive.readings, other.readings, strict=True):
+        if isinstance(before, Scan) and isinstance(after, Scan):
+            assert after.ranges == pytest.approx(before.ranges * 1.000003, rel=1e-12)
+        else:
+            assert after is before
+    config = LocalizerConfig.of(drive.log.sensors)
+    one, two = (run_real(run, config)[0] for run in (drive, other))
+    mean = mean_score([one, two])
+    assert one.mean != two.mean
+    assert mean.mean == pytest.approx(0.5 * (one.mean + two.mean))
+    assert mean.max == max(one.max, two.max)
+    assert sum(mean.states.values()) == pytest.approx(1.0)
+    assert mean_score([one]).mean == one.mean
+
+
 def test_command_prints_a_row_for_each_change_of_a_log(
     folder: Path,
     tmp_path: Path,
