@@ -18,6 +18,9 @@ from localization.types import Match, Pose, Sweep
 KISS_PEER = KissConfig(voxel=0.2, points_per_voxel=20, keypoint_spacing=0.01)
 """Voxels of 0.2 m with 20 points each, every point of the sweep, one thread."""
 
+_LEAST = 0.3**-2
+"""A direction of small_gicp is kept if it is known better than to 0.3 m [m^-2]; it has no measure of noisy normals."""
+
 
 def plain(matcher: Matcher) -> LocalizerConfig:
     """Return our filter and its gates around a matcher, without what we add to them."""
@@ -93,5 +96,4 @@ def _known(hessian: FloatArray, pose: Pose, inliers: int) -> tuple[FloatArray, F
     information = worth * frame @ hessian @ frame.T
     shrink = np.diag([1.0, 1.0, 1.0, 1 / LEVER, 1 / LEVER, 1 / LEVER])
     values, vectors = np.linalg.eigh(shrink @ information @ shrink)
-    keep = values > 1.0 / c.max_sigma**2
-    return information, np.ascontiguousarray(vectors[:, keep].T)
+    return information, np.ascontiguousarray(vectors[:, values > _LEAST].T)

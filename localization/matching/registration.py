@@ -67,8 +67,6 @@ class RegistrationConfig:
     debias: float = 4.0
     """A direction is observable if its information exceeds this many times the spurious information of noisy
     normals: two sigma squared (after Hatleskog and Alexis, arXiv:2410.10784)."""
-    max_sigma: float = 0.3
-    """A direction known no better than this, one sigma [m], is not observable."""
     rough: float = 0.1
     """Normals with more noise than this make a map rough, one sigma [rad]: clouds that were surveyed have 0.03
     to 0.05, occupancy grids 0.14 to 0.24."""
@@ -378,7 +376,6 @@ def observable_directions(
     both = np.outer(_SCALE, _SCALE)
     values, vectors = np.linalg.eigh(hessian / both)
     faked = np.einsum("ji,jk,ki->i", vectors, fake / both, vectors)
-    keep = (values > config.debias * faked) & (values > 1.0 / config.max_sigma**2)
-    directions: FloatArray = np.ascontiguousarray(vectors[:, keep].T)
+    directions: FloatArray = np.ascontiguousarray(vectors[:, values > config.debias * faked].T)
     directions.flags.writeable = False
     return directions
