@@ -2,9 +2,9 @@
 
 KISS-ICP observes how the robot moved since the last sweep, and the wheels are compared with it. The sweep is
 registered against the cloud with the prediction as prior; where no gyro accompanies the wheels, KISS-ICP's
-motion is part of the prediction. A sweep that fits the map but contradicts wheels that nobody witnessed, or that
-makes the pose doubtful, is tried again with wider priors; a sweep that does not fit is rejected; all others correct
-the filter.
+motion is part of the prediction. A sweep that fits the map but contradicts the prediction is tried again with wider
+priors while the wheels slip or the pose is doubtful; a sweep that does not fit is rejected; all others correct the
+filter.
 """
 
 from __future__ import annotations
@@ -184,15 +184,14 @@ def _matched(
     refuted = refusal is not None and refusal.elsewhere
     if refusal is not None and refuted and not _fits_better(match, filter_.pose, record.sweep, r):
         refusal = replace(refusal, excess=0.0)
-    # If KISS-ICP observed the motion and agrees with the wheels, the map or the earlier pose is at fault.
-    unwitnessed = slip.slipping(now) or observed is None
-    least = _least_elsewhere(match, refusal, state, config, unwitnessed=unwitnessed)
+    slipping = slip.slipping(now)
+    least = _least_elsewhere(match, refusal, state, config, slipping=slipping)
     if least is not None:
         starts = _starts(state, filter_, contradicted=contradicted)
         wider = _registered_wider(filter_, record, matcher, share, least, starts, r)
         if wider is not None:
             (filter_, match, nis), refusal = wider, None
-            misled = config.sensors.displaced or unwitnessed
+            misled = config.sensors.displaced or slipping
             slip = slip.distrusted(now) if misled else slip
     with r.stage("ekf"):
         if relative is not None:
@@ -275,18 +274,17 @@ def _least_elsewhere(
     state: State,
     config: LocalizerConfig,
     *,
-    unwitnessed: bool,
+    slipping: bool,
 ) -> float | None:
     """Return the share of a sweep that must fit from a wider prior for that to be believed; None to try none.
 
     Wheels that no gyro accompanies may be wrong by any amount: a sweep that fits badly is tried again, and must
-    fit better. With a gyro only sweeps that are rejected though they fit well are, and only once they have made
-    the pose doubtful: of a robot that was carried off, a sweep may fit near its old place by chance.
+    fit better. With a gyro only sweeps that are rejected though they fit well are, and only while the wheels slip or
+    once the pose is doubtful: of a robot that was carried off, a sweep may fit near its old place by chance.
     """
     fits = match.inlier_ratio >= config.slip_min_inlier_ratio
     if refusal is not None and fits:
-        tried = config.sensors.displaced or state.health.doubtful or unwitnessed
-        tried = tried or not refusal.elsewhere
+        tried = config.sensors.displaced or slipping or state.health.doubtful
         return match.inlier_ratio - _NEARLY if tried else None
     if config.sensors.displaced and match.inlier_ratio < config.retry_below:
         return match.inlier_ratio + config.retry_gain
