@@ -28,7 +28,7 @@ Each case is driven once, steered by the true pose; every method gets the same r
   their own time.
 
 The first two use our gates, accept late readings, and are relocated by our search; they have no KISS-ICP odometry and no
-blame rule. The computing time of *KISS to map* is that of every point of the sweep; thinned points take about half.
+wider priors. The computing time of *KISS to map* is that of every point of the sweep; thinned points take about half.
 
 ## Tracking
 
