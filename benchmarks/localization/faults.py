@@ -74,22 +74,16 @@ def dropouts() -> Iterator[Figure]:
         for seed, scene in enumerate(SCENES, start=71)
     ]
     for silence in SILENCES:
-        spans = [Span(round(t * SECOND), round((t + silence.seconds) * SECOND)) for t in OUTAGES]
         worst: dict[str, list[float]] = {}
         for scene, recording in drives:
-            world, faulty = map_of(scene), recording.with_fault(silence.name, recording.readings)
-            for source in silence.sources:
-                for span in spans:
-                    faulty = faulty.with_fault(
-                        silence.name, tuple(silent(faulty.readings, source, span))
-                    )
+            world, (faulty, spans) = map_of(scene), silenced(recording, silence)
             mine = ours(faulty, world)
             runs = {OURS: mine}
             if silence.peers:
                 runs |= {name: peer(faulty, world) for name, peer in PEERS.items()}
                 runs["Monte Carlo"] = particles(mine, world)
             for name, run in runs.items():
-                worst.setdefault(name, []).extend(_worst(run, faulty, spans))
+                worst.setdefault(name, []).extend(farthest(run, faulty, spans))
         for name, far in worst.items():
             most = silence.most if name == OURS else None
             n, p50 = len(far), float(np.median(far)) * 100.0
@@ -98,7 +92,17 @@ def dropouts() -> Iterator[Figure]:
             yield Figure(silence.name, name, "farthest off", most_far, "cm", n, most=most)
 
 
-def _worst(run: Run, recording: Recording, spans: Sequence[Span]) -> Iterator[float]:
+def silenced(recording: Recording, silence: Silence) -> tuple[Recording, list[Span]]:
+    """Return a drive without what falls silent, and when it does."""
+    spans = [Span(round(t * SECOND), round((t + silence.seconds) * SECOND)) for t in OUTAGES]
+    readings = recording.readings
+    for source in silence.sources:
+        for span in spans:
+            readings = tuple(silent(readings, source, span))
+    return recording.with_fault(silence.name, readings), spans
+
+
+def farthest(run: Run, recording: Recording, spans: Sequence[Span]) -> Iterator[float]:
     """Yield how far [m] a run was off at most from each span's beginning to 2 s after its end.
 
     At any time the last output of a method counts, as it does for a driver.
