@@ -18,7 +18,7 @@ from scipy.stats import chi2
 
 from localization.config import LocalizerConfig
 from localization.filter.ekf import FilterState, mark
-from localization.filter.pose_error import LEVER
+from localization.filter.pose_error import LEVER, difference
 from localization.filter.updates import (
     between,
     match_nis,
@@ -48,6 +48,8 @@ _GROUND = 0.05
 ground's cells on a slope."""
 _SAMPLING = 0.02
 """The share of a sweep that the map explains differs by this much between poses that are equally good."""
+_HARMLESS = 0.05
+"""A match from a wider prior may depart by this much in directions that the sweep does not observe [m]."""
 _NEARLY = 0.05
 """With a wider prior at least the same share of the sweep must be explained, but for this much."""
 _TURNS = (0.0, -1.0, 1.0, -2.0, 2.0)
@@ -327,7 +329,8 @@ def _registered_wider(
     for sigma in r.config.retry_sigma:
         wide = widen(filter_, *sigma)
         match, nis = _registered(wide, replace(record, match=None), matcher, share, r)
-        if match.inlier_ratio >= least and _refusal(match, nis, r) is None:
+        found = match.inlier_ratio >= least and _refusal(match, nis, r) is None
+        if found and _unobserved_shift(filter_, match) < _HARMLESS:
             near = wide, match, nis
             break
     fits = r.config.slip_min_inlier_ratio
@@ -365,6 +368,13 @@ def _registered_turned(
         if better and _refusal(match, nis, r) is None:
             best = prior, match, nis
     return best
+
+
+def _unobserved_shift(filter_: FilterState, match: Match) -> float:
+    """Return how far a match departs from the prediction in directions that it does not observe [m, LEVER]."""
+    off = difference(filter_.pose, match.map_from_base) * np.repeat([1.0, LEVER], 3)
+    w = match.observable_directions
+    return float(np.linalg.norm(off - w.T @ (w @ off)))
 
 
 def _registered(
