@@ -80,8 +80,7 @@ class LocalizerConfig:
     """Where motion comes as displacements, a sweep of which the map explains a smaller share is tried with a
     wider prior."""
     retry_gain: float = 0.05
-    """By so much more of the sweep must the map then explain, or where a robot is that went on as before; and by so much more
-    than where the wheels lead, for a sweep that contradicts them to show that they slipped."""
+    """By so much more of the sweep must the map then explain, or where a robot is that went on as before."""
     slip_memory: int = SECOND // 2
     """The wheels are distrusted for this time after the last sign of slip [ns]."""
     max_acceleration: float = 9.0

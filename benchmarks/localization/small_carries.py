@@ -48,13 +48,14 @@ def carried_a_little() -> Iterator[Figure]:
             recording, moved = carry(drive, rng, reach=REACH)
             methods: dict[str, Method] = {OURS: ours, **(PEERS if i < PEER_TRIALS else {})}
             for name, method in methods.items():
-                fate = _fate(method(recording, world), recording, moved)
+                fate = shoved(method(recording, world), recording, moved)
                 fates.setdefault(name, []).append(fate)
-    for name, shoved in fates.items():
-        yield from _figures(name, shoved)
+    for name, some in fates.items():
+        yield from _figures(name, some)
 
 
-def _fate(run: Run, recording: Recording, moved: int) -> Shoved:
+def shoved(run: Run, recording: Recording, moved: int) -> Shoved:
+    """Return what became of a robot that was elsewhere from the stamp ``moved`` on [ns]."""
     said, trusted, since, last = np.inf, 0.0, None, moved
     for word in run.words:
         truth = recording.truth.get(word.stamp)

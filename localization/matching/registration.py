@@ -319,28 +319,6 @@ def _range_fit(
     )
 
 
-def seen_at(
-    sweep: Sweep,
-    world: PreparedMap,
-    map_from_base: Pose,
-    config: RegistrationConfig = RegistrationConfig(),
-) -> Residuals:
-    """Compare a sweep with the cloud at a pose as the registration does: in rough maps the faces of a wall are one."""
-    rough = world.noise.normal > config.rough
-    return residuals(sweep, world, map_from_base, backface_culling=not rough, rough=rough)
-
-
-def share_explained(
-    sweep: Sweep,
-    world: PreparedMap,
-    map_from_base: Pose,
-    config: RegistrationConfig = RegistrationConfig(),
-) -> float:
-    """Return the share of a sweep that a map explains at a pose, in [0, 1]: a match's ``inlier_ratio`` there."""
-    seen = seen_at(sweep, world, map_from_base, config)
-    return seen.share_explained(config.inlier_distance)
-
-
 def _information_of_normal_noise(
     sweep: Sweep, pose: Pose, weight: FloatArray, hessian: FloatArray, noise: float
 ) -> FloatArray:

@@ -13,7 +13,7 @@ from localization.config import LocalizerConfig
 from localization.maps.ground_height import FLAT
 from localization.maps.prepared_map import PreparedMap
 from localization.matching.matchers import Matcher, MatchSweep, matcher_of
-from localization.matching.registration import register, share_explained
+from localization.matching.registration import register
 from localization.matching.scan_consistency import BeamClassifier
 from localization.motion.alignment_covariance import alignment_covariance
 from localization.motion.kiss_odometry import KissOdometry
@@ -71,7 +71,6 @@ class Resources:
         point, seen = np.array([[1.0, 0.0, 0.0]]), np.ones(1, dtype=bool)
         sweep, here = Sweep(0, point, np.zeros((1, 3)), seen), Pose.identity()
         match = register(sweep, self.world, here, np.eye(6), self.config.registration)
-        share_explained(sweep, self.world, here, self.config.registration)
         self.beams.classify(sweep, here, np.full_like(match.distances, np.nan))
         share_near(point[:, :2].copy(), point[:, :2].copy(), 1.0)
         track = OdometryTrack(knots=((0, here), (1, here)))

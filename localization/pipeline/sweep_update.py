@@ -31,7 +31,6 @@ from localization.filter.updates import (
     widen,
 )
 from localization.matching.matchers import MatchSweep
-from localization.matching.registration import seen_at, share_explained
 from localization.matching.scan_consistency import explanation
 from localization.monitoring.health import Refusal, unobservable_axes
 from localization.monitoring.slip_detection import SlipDetector
@@ -39,7 +38,7 @@ from localization.motion.kiss_odometry import ObservedMotion
 from localization.pipeline.registration_cache import SweepRecord
 from localization.pipeline.resources import Resources
 from localization.pipeline.state import LastSweep, State
-from localization.types import SECOND, Match, Pose, ScanConsistency, Sweep
+from localization.types import SECOND, Match, Pose, ScanConsistency
 
 _GATE = tuple(float(chi2.ppf(0.9999, k)) for k in range(1, 7))
 """Largest normalised innovation squared of a match by its number of observable directions (99.99 %)."""
@@ -183,9 +182,6 @@ def _matched(
             filter_ = update_relative(filter_, state.last.map_from_base, *observed, _NONE_USED)
         match, nis = _registered(filter_, record, matcher, share, r)
     refusal = _refusal(match, nis, r)
-    refuted = refusal is not None and refusal.elsewhere
-    if refusal is not None and refuted and not _fits_better(match, filter_.pose, record.sweep, r):
-        refusal = replace(refusal, excess=0.0)
     slipping = slip.slipping(now)
     least = _least_elsewhere(match, refusal, state, config, slipping=slipping)
     if least is not None:
@@ -203,12 +199,7 @@ def _matched(
             filter_ = update_match(filter_, ekf, match, r.map_noise)
     with r.stage("scan consistency"):
         if record.consistency is None:
-            distances = match.distances
-            if refusal is not None and refuted:
-                # What fits where it was registered does not speak for where the robot is believed to be.
-                seen = seen_at(record.sweep, r.world, filter_.pose, config.registration)
-                distances = seen.distance
-            record.consistency = r.beams.classify(record.sweep, filter_.pose, distances)
+            record.consistency = r.beams.classify(record.sweep, filter_.pose, match.distances)
     if refusal is None and "forward" not in unobservable_axes(match, filter_.pose):
         way = state.last.map_from_base.inverse() @ filter_.pose
         sigma = _sigma_along(filter_)
@@ -410,22 +401,6 @@ def _sigma_along(filter_: FilterState) -> float:
     """Return the standard deviation of the position along the robot's heading [m]."""
     forward = filter_.pose.rotation[:, 0]
     return float(np.sqrt(forward @ filter_.covariance[:3, :3] @ forward))
-
-
-def _fits_better(match: Match, predicted: Pose, sweep: Sweep, r: Resources) -> bool:
-    """Return whether the map explains clearly more of a sweep where it was registered than where it was predicted.
-
-    Otherwise its place says nothing: a map with holes draws a sweep to where it has points, a scanner that sees one
-    upright plane alone fits at many places along a wall, and people close around a robot fit somewhere.
-
-    Args:
-        match: the registration, which contradicts the prediction.
-        predicted: ``map_from_base``.
-        sweep: the sweep.
-        r: what counts as fitting, and the map.
-    """
-    there = share_explained(sweep, r.world, predicted, r.config.registration)
-    return there <= match.inlier_ratio - r.config.retry_gain
 
 
 def _with_way_since_placement(

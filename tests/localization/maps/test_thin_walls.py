@@ -7,7 +7,7 @@ from localization.maps.cloud import Cloud
 from localization.maps.cloud_from_grid import cloud_from_grid
 from localization.maps.prepared_map import prepare
 from localization.maps.thin_walls import other_faces
-from localization.matching.registration import share_explained
+from localization.matching.registration import residuals
 from localization.types import Pose, Sweep
 
 
@@ -46,7 +46,7 @@ def test_wall_is_seen_whole_from_either_side(cells: int, cell: float, side: floa
     points = np.column_stack([x, np.full_like(x, face), np.full_like(x, 0.3)])
     origins = np.tile([2.0, face + side, 0.3], (len(x), 1))
     sweep = Sweep(0, points, origins, np.ones(len(x), dtype=bool))
-    assert share_explained(sweep, world, Pose.identity()) == 1.0
+    assert residuals(sweep, world, Pose.identity()).share_explained(0.1) == 1.0
 
 
 def test_each_side_of_a_pillar_of_one_cell_is_seen() -> None:
@@ -56,4 +56,4 @@ def test_each_side_of_a_pillar_of_one_cell_is_seen() -> None:
     middle = np.array([1.025, 1.025, 0.3])
     away = np.array([[1.0, 0.0, 0.0], [-1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, -1.0, 0.0]])
     sweep = Sweep(0, middle + 0.025 * away, middle + away, np.ones(4, dtype=bool))
-    assert share_explained(sweep, world, Pose.identity()) == 1.0
+    assert residuals(sweep, world, Pose.identity()).share_explained(0.1) == 1.0
