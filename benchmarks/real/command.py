@@ -132,6 +132,8 @@ def _arguments(words: Sequence[str]) -> argparse.Namespace:
     if a.all:
         a.peers = True
         a.kidnaps, a.hints = a.kidnaps or _ALL_KIDNAPS, a.hints or _ALL_HINTS
+    if a.runs < 1:
+        parser.error(f"--runs must be at least 1, got {a.runs}")
     if a.yardstick is not None and not a.yardstick.is_file():
         parser.error(f"--yardstick {a.yardstick}: no such file")
     if not (a.logs or _logs(a.folder)):

@@ -138,6 +138,7 @@ def test_replays_of_ranges_that_differ_by_a_millionth_are_scored_by_their_means(
     assert mean_score([one]).mean == one.mean
 
 
+@pytest.mark.slow
 def test_command_prints_a_row_for_each_change_of_a_log(
     folder: Path,
     tmp_path: Path,
@@ -146,7 +147,18 @@ def test_command_prints_a_row_for_each_change_of_a_log(
 ) -> None:
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
     kept = tmp_path / "kept"
-    words = [str(folder), "--begin", "5", "--end", "15", "--stamps", "logged", "even"]
+    words = [
+        str(folder),
+        "--begin",
+        "5",
+        "--end",
+        "15",
+        "--stamps",
+        "logged",
+        "even",
+        "--runs",
+        "1",
+    ]
     real.main([*words, "--keep", str(kept), "--set", "kiss_odometry=no"])
     lines = capsys.readouterr().out.splitlines()
     assert lines[0].split()[:3] == ["log", "method", "scans"]
