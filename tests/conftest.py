@@ -6,13 +6,11 @@ import gc
 import os
 import signal
 import time
-from collections import defaultdict
 from collections.abc import Generator
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import pytest
-from coverage import Coverage
 from hypothesis import settings
 from hypothesis.internal.conjecture import providers
 from hypothesis.internal.constants_ast import Constants
@@ -43,11 +41,6 @@ def pytest_configure(config: pytest.Config) -> None:
 
 CPU_LIMIT = 2.0
 """Processor time of a test without the mark `slow`, `process` or `sweep` [s], times FARSTEER_TEST_CPU_FACTOR."""
-
-TRACED = 1.0
-"""Processor time after which no coverage is measured with further parameters of the same test [s]."""
-_taken: dict[str, float] = defaultdict(float)
-"""Processor time that tests have taken without what was set up for them [s], parameters together."""
 
 
 def _forbid_skip(report: pytest.TestReport | pytest.CollectReport) -> None:
@@ -95,34 +88,11 @@ def pytest_collection() -> Generator[None, object, object]:
 
 
 @pytest.hookimpl(wrapper=True)
-def pytest_runtest_protocol(item: pytest.Item) -> Generator[None, object, object]:
-    """Measure no coverage in tests marked so and what is set up for them: tracing adds half to their time.
-
-    Nor with the further parameters of a test that has taken long with the first ones: they run the same lines. Where the
-    lines of each test are wanted, all are measured.
-    """
-    traced = not item.get_closest_marker("untraced") and _taken[_without_parameters(item)] < TRACED
-    measured = Coverage.current() if item.config.pluginmanager.hasplugin("_cov") else None
-    if measured is None or traced or item.config.getoption("cov_context"):
-        return (yield)
-    measured.stop()
-    try:
-        return (yield)
-    finally:
-        measured.start()
-
-
-def _without_parameters(item: pytest.Item) -> str:
-    return item.nodeid.partition("[")[0]
-
-
-@pytest.hookimpl(wrapper=True)
 def pytest_runtest_call(item: pytest.Item) -> Generator[None, object, object]:
     """Fail a test that takes long and does not say so: `make quick` must stay quick."""
     start = time.process_time()
     result = yield
     taken = time.process_time() - start
-    _taken[_without_parameters(item)] += taken
     limit = CPU_LIMIT * float(os.environ.get("FARSTEER_TEST_CPU_FACTOR", "1"))
     marked = any(item.get_closest_marker(name) for name in ("slow", "process", "sweep"))
     if taken > limit and not marked:

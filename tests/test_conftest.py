@@ -88,43 +88,29 @@ def test_test_that_takes_long_without_a_mark_fails(
     }
 
 
-TRACED = """
-import sys
-import time
-import pytest
-
-@pytest.fixture
-def tracer():
-    return sys.gettrace()
-
-def test_traced(tracer):
-    assert None not in (tracer, sys.gettrace())
-
-@pytest.mark.untraced
-def test_untraced(tracer):
-    assert (tracer, sys.gettrace()) == (None, None)
-
-def test_traced_again(tracer):
-    assert None not in (tracer, sys.gettrace())
-
-@pytest.mark.parametrize("number", range(3))
-def test_takes_long(tracer, number):
-    assert (sys.gettrace() is None) == (number == 2)
-    end = time.process_time() + 0.6
-    while time.process_time() < end:
-        pass
+SIGN = """
+def sign(x):
+    if x > 0:
+        return 1
+    return 0
 """
 
 
 @pytest.mark.process
-def test_coverage_is_measured_in_all_tests_but_those_that_say_so(
-    ruled: pytest.Pytester, monkeypatch: pytest.MonkeyPatch
+@pytest.mark.parametrize("workers", [0, 1])
+@pytest.mark.parametrize(("least", "status"), [(66, 0), (67, 1)])
+def test_run_fails_if_its_tests_cover_less_than_asked(
+    ruled: pytest.Pytester, workers: int, least: int, status: int
 ) -> None:
-    monkeypatch.delenv("COVERAGE_FILE", raising=False)  # where the outer run keeps its own
-    ruled.makeini("[pytest]\nmarkers = untraced: marked\n")
-    ruled.makepyfile(TRACED)
-    run = ruled.runpytest_subprocess("--cov=.", "--cov-report=", "-p", "no:dash", "-p", "no:xdist")
-    run.assert_outcomes(passed=6)
+    for name in ("robot_sim", "teleop"):
+        ruled.mkdir(name)
+    ruled.mkpydir("localization").joinpath("__init__.py").write_text(SIGN, "utf-8")
+    ruled.makepyfile("import localization\ndef test_one(): assert localization.sign(2) == 1")
+    run = ruled.runpytest_subprocess(
+        f"-n{workers}", "-p", "tests.branch_coverage", f"--branch-coverage={least}", "-p", "no:dash"
+    )
+    run.stdout.fnmatch_lines([f"*66.7 %  in all, of at least {least} %"])
+    assert run.ret == status
 
 
 DYING = """

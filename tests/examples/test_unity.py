@@ -160,7 +160,6 @@ def test_links_and_shapes_stand_where_mujoco_has_those_of_the_urdf(program: Prog
 
 @pytest.mark.long
 @pytest.mark.slow
-@pytest.mark.untraced
 def test_a_served_robot_is_shown_with_its_arm_turned_to_the_right_and_stopped(
     program: Program, farsteer_robot: RobotFactory, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -191,7 +190,6 @@ def test_a_served_robot_is_shown_with_its_arm_turned_to_the_right_and_stopped(
 
 @pytest.mark.long
 @pytest.mark.slow
-@pytest.mark.untraced
 def test_the_scripts_drive_the_papers_sequence(program: Program, tmp_path: Path) -> None:
     file = shipped_files()["from-ros-to-unity"]
     # About where the robot was set down, as an operator knows it: the heading is 2 degrees off.

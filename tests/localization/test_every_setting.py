@@ -15,7 +15,7 @@ from localization.errors import LocalizationError
 from localization.settings import setting_types
 from tests.localization.settings_situations import SITUATIONS
 
-pytestmark = [pytest.mark.slow, pytest.mark.untraced, pytest.mark.sweep, pytest.mark.long]
+pytestmark = [pytest.mark.slow, pytest.mark.sweep, pytest.mark.long]
 
 SITUATION_OF = {
     "jump_detection.match_distance": "carried",

@@ -18,7 +18,7 @@ from robot_sim import World, WorldOptions
 from robot_sim.worlds.loading import parse_world
 from teleop.world_building.station_survey import StationConfig, survey_from_stations
 
-pytestmark = [pytest.mark.slow, pytest.mark.untraced]
+pytestmark = pytest.mark.slow
 
 FAR = 0.25
 """Position error beyond which a pose is useless for driving [m]."""

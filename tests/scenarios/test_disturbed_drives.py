@@ -11,7 +11,7 @@ from benchmarks.localization.faults import OUTAGES, SILENCES, carry, farthest, s
 from benchmarks.localization.small_carries import REACH, shoved
 from benchmarks.replay.recordings import map_of, record, world_of
 
-pytestmark = [pytest.mark.slow, pytest.mark.untraced, pytest.mark.long]
+pytestmark = [pytest.mark.slow, pytest.mark.long]
 
 
 def test_robot_whose_level_scanner_falls_silent_is_not_drawn_along_its_walls() -> None:

@@ -49,7 +49,7 @@ def nominal(recording: Recording, world: PreparedMap) -> Run:
     return replay(recording, Localizer(world, recording.mounts))
 
 
-pytestmark = [pytest.mark.slow, pytest.mark.untraced]
+pytestmark = pytest.mark.slow
 
 
 def test_the_goal_for_a_plain_drive_is_kept(nominal: Run) -> None:

@@ -81,7 +81,6 @@ SHOWN: Final[dict[str, dict[str, tuple[float, float]]]] = {
 
 @pytest.mark.long
 @pytest.mark.slow
-@pytest.mark.untraced
 @pytest.mark.parametrize("name", [name for name in SCENARIOS if name != "tour"])
 def test_robot_passes(name: str) -> None:
     """The tour, whose station is a process of its own, is driven in ``test_tour.py``."""

@@ -30,7 +30,7 @@ MOUNT = Pose.from_euler([0.1, 0.0, 0.45], pitch=0.02, yaw=0.3)
 NOISE = 0.02
 """Of a range, one sigma [m]; data sheet of such scanners: 3 cm."""
 
-pytestmark = [pytest.mark.slow, pytest.mark.untraced, pytest.mark.timeout(300)]
+pytestmark = [pytest.mark.slow, pytest.mark.timeout(300)]
 
 
 def drive(path: Path, seconds: float) -> Trajectory:

@@ -13,7 +13,7 @@ from teleop.scenario.tour.drive import DrivenTour, drive_tour
 from teleop.scenario.tour.options import TourOptions, tour_scenario
 from tests.teleop.scenario.tour.support import in_memory
 
-pytestmark = [pytest.mark.slow, pytest.mark.untraced, pytest.mark.timeout(600)]
+pytestmark = [pytest.mark.slow, pytest.mark.timeout(600)]
 
 
 def drive(options: TourOptions, folder: Path) -> DrivenTour:

@@ -97,7 +97,6 @@ def test_robot_and_station_drive_together_over_the_wire(tmp_path: Path) -> None:
 
 @pytest.mark.long
 @pytest.mark.process
-@pytest.mark.untraced
 def test_same_seed_gives_the_same_bits_with_a_camera_whose_pictures_the_station_sees(
     tmp_path: Path,
 ) -> None:

@@ -235,7 +235,6 @@ def settled(bias: np.ndarray, seed: int, seconds: float) -> DrivenFilter:
     return ekf
 
 
-@pytest.mark.untraced
 @pytest.mark.slow
 def test_robot_that_stands_for_ten_minutes_neither_drifts_nor_grows_unsure() -> None:
     bias = np.deg2rad([0.1, -0.2, 0.3])
@@ -643,7 +642,6 @@ def test_measurements_that_are_not_finite_do_not_reach_the_filter(bad: float) ->
 @given(seed=st.integers(0, 100_000))
 @settings(max_examples=15)
 @pytest.mark.slow
-@pytest.mark.untraced
 def test_covariance_stays_symmetric_and_positive_whatever_comes(seed: int) -> None:
     rng = np.random.default_rng(seed)
     ekf = DrivenFilter()

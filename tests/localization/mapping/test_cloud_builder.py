@@ -206,7 +206,6 @@ def face_cells(
 
 
 @pytest.mark.slow
-@pytest.mark.untraced
 @pytest.mark.parametrize("thickness", [0.04, 0.05])
 @pytest.mark.parametrize("visits", [(60, 60), (60, 20)])
 def test_both_faces_of_a_board_are_mapped(thickness: float, visits: tuple[int, int]) -> None:

@@ -110,7 +110,6 @@ def test_turn_during_a_pause_is_the_difference_of_the_poses() -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.untraced
 def test_map_of_poses_and_scans_alone_is_true() -> None:
     truth = circle(160)
     stamps = even(160)

@@ -93,7 +93,6 @@ def errors(poses: FloatArray, truth: FloatArray) -> FloatArray:
 
 
 @pytest.mark.slow
-@pytest.mark.untraced
 def test_loop_closure_removes_drift() -> None:
     truth = around_the_block(1.4)
     odometry = strayed(truth, 0.01, np.deg2rad(0.15))
@@ -232,7 +231,6 @@ def test_drive_is_tracked_without_a_map(drive: Drive, survey: Survey) -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.untraced
 def test_map_of_a_drive_localises_the_robot_on_another(survey: Survey) -> None:
     cloud = survey.cloud("hall")
     assert cloud.name == "hall"
@@ -253,7 +251,6 @@ def test_map_of_a_drive_localises_the_robot_on_another(survey: Survey) -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.untraced
 def test_map_begins_at_its_origin_by_default(
     beginning: list[Reading], here: Survey, survey: Survey
 ) -> None:
@@ -268,7 +265,6 @@ def test_map_begins_at_its_origin_by_default(
 
 
 @pytest.mark.slow
-@pytest.mark.untraced
 def test_same_readings_give_the_same_bits(beginning: list[Reading], here: Survey) -> None:
     again = map_drive(beginning, MOUNTS, LEVEL).trajectory
     assert here.trajectory.positions.tobytes() == again.positions.tobytes()
@@ -277,7 +273,6 @@ def test_same_readings_give_the_same_bits(beginning: list[Reading], here: Survey
 
 @pytest.mark.long
 @pytest.mark.slow
-@pytest.mark.untraced
 @pytest.mark.parametrize("motion", [Motion.WHEELS, Motion.GYRO, Motion.SCANNER])
 def test_drive_is_followed_with_fewer_sensors(
     motion: Motion, drive: Drive, readings: list[Reading]
@@ -289,7 +284,6 @@ def test_drive_is_followed_with_fewer_sensors(
 
 
 @pytest.mark.slow
-@pytest.mark.untraced
 def test_invalid_readings_are_skipped(readings: list[Reading]) -> None:
     bad = Inertial(5 * TICK, np.array([np.nan, 0.0, 0.0]), np.array([0.0, 0.0, 9.81]))
     survey = map_drive([*readings[:900], bad, *readings[900:1500]], MOUNTS, LEVEL)

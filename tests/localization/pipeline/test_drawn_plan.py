@@ -19,7 +19,7 @@ from tests.localization.pipeline.wheel_log import (
 )
 from tests.support_rooms import Drive, Face, Place, box
 
-pytestmark = [pytest.mark.slow, pytest.mark.untraced, pytest.mark.long]
+pytestmark = [pytest.mark.slow, pytest.mark.long]
 
 HEIGHTS = (-1.0, 2.5)
 

@@ -13,7 +13,7 @@ from localization.types import SECOND, Health, Hint, Pose, Scan, WheelSpeeds
 from tests.localization.pipeline.wheel_log import block, upright
 from tests.support_rooms import MOUNTS, Drive, Place, box
 
-pytestmark = [pytest.mark.slow, pytest.mark.untraced]
+pytestmark = pytest.mark.slow
 
 HEDGE = Place(
     [

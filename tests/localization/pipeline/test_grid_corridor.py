@@ -20,7 +20,7 @@ from tests.localization.pipeline.wheel_log import (
 from tests.support_grid import grid_of
 from tests.support_rooms import Drive
 
-pytestmark = [pytest.mark.slow, pytest.mark.untraced]
+pytestmark = pytest.mark.slow
 
 DRIVE = Drive(PASSAGE, PASSAGE_START, *PASSING, begin=BEGIN)
 

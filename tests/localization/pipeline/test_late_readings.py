@@ -89,7 +89,6 @@ def bits(estimate: Estimate) -> tuple[object, ...]:
 @given(motion=st.sampled_from(SUITES), seed=st.integers(0, 1000), most=st.integers(TICK, SECOND))
 @settings(max_examples=6)
 @pytest.mark.slow
-@pytest.mark.untraced
 def test_readings_out_of_order_give_the_bits_of_those_in_order(
     hall: PreparedMap, drive: Drive, motion: Motion, seed: int, most: int
 ) -> None:
@@ -102,7 +101,6 @@ def test_readings_out_of_order_give_the_bits_of_those_in_order(
 @given(seed=st.integers(0, 1000), most=st.integers(TICK, SECOND))
 @settings(max_examples=4)
 @pytest.mark.slow
-@pytest.mark.untraced
 def test_sweeps_that_keep_their_match_make_no_relevant_difference(
     hall: PreparedMap, drive: Drive, seed: int, most: int
 ) -> None:

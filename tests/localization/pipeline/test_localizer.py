@@ -482,7 +482,6 @@ def test_scan_that_comes_too_late_is_dropped_with_a_reason(hall: PreparedMap) ->
 
 
 @pytest.mark.slow
-@pytest.mark.untraced
 def test_map_that_states_its_own_error_is_covered_and_followed_as_any_other(
     hall: PreparedMap,
 ) -> None:

@@ -13,7 +13,7 @@ from localization.types import Estimate, Hint, Pose
 from tests.localization.pipeline.wheel_log import block, noting, upright
 from tests.support_rooms import MOUNTS, Drive, Face, Place, box, by_odometry
 
-pytestmark = [pytest.mark.slow, pytest.mark.untraced]
+pytestmark = pytest.mark.slow
 
 SCANNER = "laser_horizontal"
 START = Pose.planar(-1.5, -1.4, 0.0)

@@ -26,7 +26,7 @@ from tests.localization.pipeline.wheel_log import (
 )
 from tests.support_rooms import MOUNTS, Drive
 
-pytestmark = [pytest.mark.slow, pytest.mark.untraced]
+pytestmark = pytest.mark.slow
 
 DRIVE = Drive(OFFICE, LAP_START, *ROUNDS, begin=BEGIN)
 DEGREE = float(np.deg2rad(1.0))

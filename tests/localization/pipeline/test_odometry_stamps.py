@@ -24,7 +24,7 @@ from tests.localization.pipeline.wheel_log import (
 )
 from tests.support_rooms import Drive
 
-pytestmark = [pytest.mark.slow, pytest.mark.untraced]
+pytestmark = pytest.mark.slow
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)

@@ -73,7 +73,6 @@ def restarts(monkeypatch: pytest.MonkeyPatch) -> list[KissState]:
 
 
 @pytest.mark.slow
-@pytest.mark.untraced
 def test_more_sweeps_a_second_do_not_make_the_robot_surer_of_itself(
     hall: PreparedMap, restarts: list[KissState]
 ) -> None:
@@ -92,7 +91,6 @@ def test_more_sweeps_a_second_do_not_make_the_robot_surer_of_itself(
 
 
 @pytest.mark.slow
-@pytest.mark.untraced
 def test_slip_is_noticed_and_survived_though_the_scanners_are_fast(hall: PreparedMap) -> None:
     slip = Span(3 * SECOND, 3 * SECOND + SECOND // 2)
     estimate = fare(hall, 50, (slip,))

@@ -50,7 +50,6 @@ def _placed(
 
 
 @pytest.mark.slow
-@pytest.mark.untraced
 @pytest.mark.parametrize(("rate", "seed"), [(0.74, 0), (1.2, 2)])
 def test_turn_on_the_spot_and_its_end_are_not_called_slip(
     rate: float, seed: int, office: World, office_cloud: Cloud, cache: Path
@@ -63,7 +62,6 @@ def test_turn_on_the_spot_and_its_end_are_not_called_slip(
 
 
 @pytest.mark.slow
-@pytest.mark.untraced
 def test_wheels_that_spin_ahead_are_called_slip_within_two_tenths_of_a_second(
     office: World, office_cloud: Cloud, cache: Path
 ) -> None:
@@ -75,7 +73,6 @@ def test_wheels_that_spin_ahead_are_called_slip_within_two_tenths_of_a_second(
 
 
 @pytest.mark.slow
-@pytest.mark.untraced
 def test_wheels_of_one_side_that_spin_in_a_turn_are_called_slip_at_once(
     office: World, office_cloud: Cloud, cache: Path
 ) -> None:

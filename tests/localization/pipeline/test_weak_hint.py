@@ -10,7 +10,7 @@ from localization.types import SECOND, Estimate, Health, Hint, Inertial, Pose, V
 from tests.localization.pipeline.wheel_log import block, upright
 from tests.support_rooms import MOUNTS, Drive, Face, Place, apart, box
 
-pytestmark = [pytest.mark.slow, pytest.mark.untraced]
+pytestmark = pytest.mark.slow
 
 
 def room(x: float) -> list[Face]:

@@ -22,7 +22,7 @@ from tests.localization.pipeline.wheel_log import (
 )
 from tests.support_rooms import Drive
 
-pytestmark = [pytest.mark.slow, pytest.mark.untraced]
+pytestmark = pytest.mark.slow
 
 TURNING = Drive(OFFICE, LAP_START, *ROUNDS, begin=BEGIN)
 GOING = Drive(OFFICE, LAP_START, *lap(), begin=BEGIN)

@@ -59,7 +59,6 @@ def finish(work: SearchWork) -> tuple[tuple[Candidate, ...], int]:
 
 
 @pytest.mark.slow
-@pytest.mark.untraced
 def test_robot_is_found_anywhere_in_the_hall_from_one_sweep(hall: PreparedMap) -> None:
     pyramid = Pyramid(plan_of(hall))
     rng = np.random.default_rng(1)

@@ -60,7 +60,6 @@ def first(estimates: Sequence[Estimate], health: Health) -> float:
 
 
 @pytest.mark.slow
-@pytest.mark.untraced
 def test_robot_without_a_pose_searches_after_five_seconds_and_places_itself_once_it_drove(
     hall: PreparedMap,
 ) -> None:
@@ -81,7 +80,6 @@ def test_robot_without_a_pose_searches_after_five_seconds_and_places_itself_once
 
 
 @pytest.mark.slow
-@pytest.mark.untraced
 def test_robot_of_which_a_third_is_hidden_takes_no_place_that_another_nearly_equals(
     hall: PreparedMap,
 ) -> None:

@@ -133,7 +133,6 @@ PROPERTIES = (
 
 @pytest.mark.long
 @pytest.mark.sweep
-@pytest.mark.untraced
 @pytest.mark.parametrize("seed", MORE_SEEDS)
 def test_buildings_of_more_seeds_have_the_same_properties(seed: int) -> None:
     for has_property in PROPERTIES:
@@ -159,7 +158,7 @@ def test_same_seed_and_area_give_the_same_text_and_others_do_not() -> None:
     "seeds",
     [
         SEEDS,
-        pytest.param(range(32), marks=[pytest.mark.long, pytest.mark.sweep, pytest.mark.untraced]),
+        pytest.param(range(32), marks=[pytest.mark.long, pytest.mark.sweep]),
     ],
     ids=["few", "many"],
 )

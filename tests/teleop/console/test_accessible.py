@@ -14,7 +14,6 @@ from tests.teleop.support import ROOT, in_a_loop
 pytestmark = [
     pytest.mark.process,
     pytest.mark.slow,
-    pytest.mark.untraced,
     pytest.mark.usefixtures("page_tools"),
 ]
 

@@ -26,7 +26,7 @@ from tests.teleop.console.test_accessible import CONTROLS, LOOK, MISSED, finding
 from tests.teleop.console.test_losing_it import BUSY
 from tests.teleop.support import PATIENCE, in_a_loop
 
-pytestmark = [pytest.mark.process, pytest.mark.slow, pytest.mark.untraced]
+pytestmark = [pytest.mark.process, pytest.mark.slow]
 
 SIZE = {"width": 1280, "height": 800}
 WHEELS = ".driving-status"

@@ -27,7 +27,7 @@ from tests.teleop.console.hands import press, says
 from tests.teleop.console.paced_robot import PacedRobot
 from tests.teleop.support import PATIENCE, in_a_loop
 
-pytestmark = [pytest.mark.process, pytest.mark.slow, pytest.mark.untraced]
+pytestmark = [pytest.mark.process, pytest.mark.slow]
 
 SIZE = {"width": 1280, "height": 800}
 AHEAD, LEFT = 0.21, 0.03

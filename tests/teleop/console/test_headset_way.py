@@ -31,7 +31,6 @@ from tests.teleop.support import in_a_loop
 pytestmark = [
     pytest.mark.process,
     pytest.mark.slow,
-    pytest.mark.untraced,
     pytest.mark.usefixtures("page_tools"),
 ]
 

@@ -11,7 +11,7 @@ from tests.teleop.console.conftest import Meets
 from tests.teleop.console.hands import GAMEPAD, says
 from tests.teleop.support import in_a_loop
 
-pytestmark = [pytest.mark.process, pytest.mark.slow, pytest.mark.untraced]
+pytestmark = [pytest.mark.process, pytest.mark.slow]
 
 BUSY = "too busy to drive"
 """What the page says instead where the machine gave it no time for half a second; the robot stops all the same."""

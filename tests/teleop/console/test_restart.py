@@ -19,7 +19,7 @@ from tests.teleop.console.hands import drag_hint, hold_until, key, press, says, 
 from tests.teleop.console.paced_robot import PacedRobot, Proxy, paced_robot
 from tests.teleop.support import in_a_loop, soon
 
-pytestmark = [pytest.mark.process, pytest.mark.slow, pytest.mark.untraced]
+pytestmark = [pytest.mark.process, pytest.mark.slow]
 
 BACK = 1.0
 """Time within which the page connects again once the server is back [s]."""

@@ -19,7 +19,7 @@ from tests.teleop.console.paced_robot import PacedRobot, paced_robot
 from tests.teleop.robot.served_robots import ADMIN, DRIVER, OTHER, VIEWER, tokens
 from tests.teleop.support import in_a_loop
 
-pytestmark = [pytest.mark.process, pytest.mark.slow, pytest.mark.untraced]
+pytestmark = [pytest.mark.process, pytest.mark.slow]
 
 TOKENS = {"anna": DRIVER, "bert": OTHER, "vera": VIEWER, "boss": ADMIN}
 TURNS = ".driving-turns"

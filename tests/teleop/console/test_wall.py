@@ -21,7 +21,7 @@ from tests.teleop.console.hands import seen, until
 from tests.teleop.console.test_camera_and_steps import robot_with_camera, streams
 from tests.teleop.support import PATIENCE, in_a_loop
 
-pytestmark = [pytest.mark.process, pytest.mark.slow, pytest.mark.untraced]
+pytestmark = [pytest.mark.process, pytest.mark.slow]
 
 THREE = "?screen=0,1,1.2,90,2,1.5&screen=1,0,1.2,0,2,1.5&screen=0,-1,1.2,-90,2,1.5&eye=0.3,0.2,1.5"
 """Screens to the left, ahead and to the right of somebody who stands aside of their middle."""

@@ -28,7 +28,7 @@ from tests.teleop.console.paced_robot import PacedRobot
 from tests.teleop.robot.served_robots import ADMIN, DRIVER, tokens
 from tests.teleop.support import in_a_loop
 
-pytestmark = [pytest.mark.process, pytest.mark.slow, pytest.mark.untraced]
+pytestmark = [pytest.mark.process, pytest.mark.slow]
 
 
 @pytest.mark.long

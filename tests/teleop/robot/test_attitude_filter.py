@@ -39,7 +39,6 @@ def _euler(filter_: AttitudeFilter) -> tuple[float, float, float]:
 
 @pytest.mark.long
 @pytest.mark.slow
-@pytest.mark.untraced
 def test_tilt_on_the_courtyards_ramps_is_within_a_degree_and_within_its_sigma() -> None:
     world = load_world("courtyard")
     simulation, driver = Simulation(world, seed=0), TourDriver(world.tour)

@@ -109,7 +109,6 @@ def test_quality_describes_the_written_files(mapped: Path, plan: Path) -> None:
 
 @pytest.mark.long
 @pytest.mark.slow
-@pytest.mark.untraced
 def test_log_of_the_drive_gives_the_same_map(
     mapped: Path, plan: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -13,7 +13,7 @@ from teleop.scenario.session.run import replay_run
 from tests.teleop.rosbridge.foreign_clients.test_javascript_clients import installed, node
 from tests.teleop.scenario.clients.support import PROGRAMS, python, run
 
-pytestmark = [pytest.mark.process, pytest.mark.slow, pytest.mark.untraced]
+pytestmark = [pytest.mark.process, pytest.mark.slow]
 
 
 @pytest.fixture(scope="module")

@@ -15,7 +15,7 @@ from teleop.scenario.referee.outcome import EventKind, ExitStatus
 from teleop.scenario.session.run import replay_run
 from tests.teleop.scenario.clients.support import lasted, moved, python, rests, run, said, scenario
 
-pytestmark = [pytest.mark.process, pytest.mark.slow, pytest.mark.untraced]
+pytestmark = [pytest.mark.process, pytest.mark.slow]
 
 BRAKES = Limits(goals=False, contacts=0, stopping_time=1.5, runaway=1.0)
 

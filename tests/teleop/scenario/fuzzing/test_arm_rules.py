@@ -79,7 +79,6 @@ def test_every_mutant_is_asked_for() -> None:
 
 @pytest.mark.long
 @pytest.mark.slow
-@pytest.mark.untraced
 @pytest.mark.parametrize(("mutant", "rule", "chosen"), CASES)
 def test_defect_of_the_arms_control_breaks_its_rule_and_the_robot_breaks_none(
     mutant: str, rule: str, chosen: Scenario, monkeypatch: pytest.MonkeyPatch

@@ -105,7 +105,6 @@ CASES = [
 
 @pytest.mark.long
 @pytest.mark.slow
-@pytest.mark.untraced
 @pytest.mark.parametrize("name", [name for name in SESSIONS if name != "plain"])
 def test_robot_breaks_no_rule(name: str) -> None:
     assert judge_session(session(**SESSIONS[name])).broken == ()

@@ -37,7 +37,6 @@ def rows(text: str) -> list[list[str]]:
 
 @pytest.mark.long
 @pytest.mark.slow
-@pytest.mark.untraced
 def test_the_first_command_gives_the_table_below_it(
     monkeypatch: pytest.MonkeyPatch, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
