@@ -111,5 +111,5 @@ _measured = BranchCoverage()
 
 
 def pytest_configure(config: pytest.Config) -> None:
-    """Let it hear of sessions and workers."""
+    """Register what measures, for sessions and workers."""
     config.pluginmanager.register(_measured)
