@@ -7,7 +7,6 @@ from dataclasses import astuple, dataclass, field, replace
 
 import numpy as np
 
-from localization.geometry import FloatArray
 from localization.matching.scan_consistency import explanation
 from localization.monitoring.belief import (
     Belief,
@@ -322,16 +321,6 @@ def _smoothed(before: ScanConsistency, seen: ScanConsistency | None, new: float)
     return ScanConsistency(
         *(b + new * (s - b) for b, s in zip(astuple(before), astuple(seen), strict=True))
     )
-
-
-def horizontal_sigma(covariance: FloatArray) -> float:
-    """Return one sigma [m] of the horizontal position along its least certain direction.
-
-    The larger eigenvalue of a symmetric 2 x 2 matrix in closed form; ``numpy.linalg`` has ten times the
-    overhead.
-    """
-    xx, yy, xy = float(covariance[0, 0]), float(covariance[1, 1]), float(covariance[0, 1])
-    return math.sqrt(0.5 * (xx + yy) + math.hypot(0.5 * (xx - yy), xy))
 
 
 def unobservable_axes(match: Match, pose: Pose) -> tuple[str, ...]:

@@ -25,7 +25,7 @@ from localization.pipeline.resources import Resources, Stage as Stage
 from localization.pipeline.state import State
 from localization.pipeline.step import Command, Input, LeftOut, step
 from localization.pipeline.validation import ReadingValidator
-from localization.relocalization.preview import Preview, PreviewError, explained_share
+from localization.relocalization.preview import PreviewError, explained_share
 from localization.relocalization.verification import explain
 from localization.types import (
     SECOND,
@@ -36,6 +36,7 @@ from localization.types import (
     Odometry,
     PointScan,
     Pose,
+    Preview,
     Reading,
     Scan,
 )

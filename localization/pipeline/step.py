@@ -17,12 +17,13 @@ import numpy as np
 from scipy.stats import chi2
 
 from localization.config import LocalizerConfig
+from localization.filter.covariance import horizontal_sigma
 from localization.filter.displacement_prediction import predict_displacement
 from localization.filter.ekf import with_pose
 from localization.filter.pose_error import difference
 from localization.filter.prediction import predict
 from localization.filter.updates import update_standstill, update_wheel_yaw
-from localization.monitoring.health import HealthMonitor, horizontal_sigma
+from localization.monitoring.health import HealthMonitor
 from localization.monitoring.jump_detection import JumpDetector
 from localization.monitoring.silence_detection import SourceTimes, is_silence, with_reading
 from localization.motion.deskew import deskew

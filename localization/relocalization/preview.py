@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from localization.errors import LocalizationError
@@ -17,18 +15,6 @@ from localization.types import Pose, Sweep
 
 class PreviewError(LocalizationError):
     """A pose cannot be scored; the message says why, and what would work."""
-
-
-@dataclass(frozen=True, slots=True)
-class Preview:
-    """What the last sweep says of a proposed pose, and of the present estimate."""
-
-    stamp: int
-    """Time of the sweep [ns]."""
-    explained: float
-    """Share of the sweep's points that lie on the map at the proposed pose, in [0, 1]."""
-    present: float | None
-    """The same at the present estimate; None if there is none."""
 
 
 def explained_share(

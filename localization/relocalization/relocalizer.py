@@ -7,12 +7,12 @@ from typing import Protocol
 
 import numpy as np
 
+from localization.filter.covariance import horizontal_sigma
 from localization.geometry import FloatArray
 from localization.maps.prepared_map import PreparedMap
 from localization.matching.registration import RegistrationConfig
 from localization.matching.scan_consistency import BeamClassifier
 from localization.monitoring.belief import Belief, BeliefConfig
-from localization.monitoring.health import horizontal_sigma
 from localization.motion.late_readings import LateReadingsConfig
 from localization.relocalization.branch_and_bound import FEWEST_POINTS, MapSearchConfig
 from localization.relocalization.floor_plan import FloorPlan

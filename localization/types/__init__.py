@@ -16,6 +16,7 @@ from localization.types.estimate import (
     Health as Health,
     HintVerdict as HintVerdict,
     Match as Match,
+    Preview as Preview,
     RangeFit as RangeFit,
     ScanConsistency as ScanConsistency,
     Sweep as Sweep,

@@ -194,3 +194,15 @@ class Estimate:
     def unexplained(self) -> float | None:
         """Share of the sweep's beams that the map does not explain, in [0, 1]; None without a sweep."""
         return None if self.consistency is None else self.consistency.unexplained
+
+
+@dataclass(frozen=True, slots=True)
+class Preview:
+    """What the last sweep says of a proposed pose, and of the present estimate."""
+
+    stamp: int
+    """Time of the sweep [ns]."""
+    explained: float
+    """Share of the sweep's points that lie on the map at the proposed pose, in [0, 1]."""
+    present: float | None
+    """The same at the present estimate; None if there is none."""

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from localization.relocalization.preview import Preview
-from localization.types import Pose
+from localization.types import Pose, Preview
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -6,10 +6,10 @@ from collections.abc import Mapping
 
 import numpy as np
 
+from localization.filter.covariance import horizontal_sigma
 from localization.geometry import FloatArray
 from localization.logs.ros_geometry import pose_to_dict, transform_to_dict, vector_to_dict
 from localization.maps.cloud import Cloud
-from localization.monitoring.health import horizontal_sigma
 from localization.types import Estimate, Mounts, Pose
 from teleop.robot.tick_record import EstimateRecord
 from teleop.robot.topics.message_parts import Message, Messages, header, odometry, point_cloud

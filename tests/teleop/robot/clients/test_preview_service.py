@@ -8,8 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from localization.relocalization.preview import Preview
-from localization.types import SECOND
+from localization.types import SECOND, Preview
 from teleop.robot.clients.preview_service import NO_ANSWER, OVERTAKEN, PERIOD, PreviewService
 from teleop.robot.preview import PreviewAnswer, PreviewRequest
 from teleop.ros_types import registry
