@@ -1,4 +1,4 @@
-"""What the processes load when they start: each pays in time and memory for its own."""
+"""What each process imports: it pays for that in time to start, and in memory."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ MAPS = {"numba", "scipy", "kiss_icp"}
 
 @pytest.mark.process
 @pytest.mark.parametrize("process", ["gateway", "control", "camera"])
-def test_only_the_estimator_loads_libraries_of_maps(process: str) -> None:
+def test_process_other_than_the_estimator_imports_no_library_of_maps(process: str) -> None:
     code = f"import teleop.robot.real_time.{process}_process, sys; print(*sys.modules)"
     loaded = subprocess.run(
         [sys.executable, "-c", code], capture_output=True, text=True, check=True
