@@ -57,6 +57,8 @@ MECHANISMS: Mapping[str, Change] = {
     "KISS-ICP odometry": without(kiss_odometry=False),
     "wider priors": without(retry_sigma=()),
     "wider priors for what fits badly": without(retry_below=0.0),
+    "wider priors while wheels slip": without(slip_min_inlier_ratio=2.0),
+    "gain of a wider prior": without(retry_gain=0.0),
     "overspeed margin": without(overspeed_margin=1e3),
     "wheel-gyro slip gate": without("ekf", wheel_yaw_gate=math.inf),
     "acceleration limit": without(max_acceleration=1e6),
@@ -71,13 +73,17 @@ MECHANISMS: Mapping[str, Change] = {
     "information by way": without(sweep_distance=math.inf),
     "noise that a place shares": without(map_share=0.0),
     "minimum inlier ratio": without(min_inlier_ratio=0.0),
+    "bias of ranges": without("ekf", range_bias=1e-6),
+    "bound of KISS-ICP's turns": without("kiss", max_correction_angle=math.inf),
     "mount uncertainty": without("ekf", mount_position=0.0, mount_angle=0.0),
     "standstill detection": without("ekf", still_speed=0.0),
+    "rest after a push": without("ekf", still_recover=0.2),
     "standstill floor": without("ekf", still_position=0.0, still_angle=0.0),
     "wheel calibration": without(
         "ekf", skid_steer=(1e-6, 1e-6, 1e-6, 1e-6), skid_steer_walk=(0.0, 0.0, 0.0, 0.0)
     ),
     "tilt by accelerometer": without("ekf", tilt_gate=0.0),
+    "jumps after gaps": without("jump_detection", gap_distance=math.inf),
     "evidence of being carried": without("belief", carried=0.0),
     "growth of what passes through the map": without("belief", change=(9.1, 11.1, 3.9, 0.0)),
     "sweeps that share their errors": without("belief", independent=(1e-9, 1e-9)),
@@ -90,6 +96,9 @@ MECHANISMS: Mapping[str, Change] = {
     "neighbours along a corridor": without("search", compared=0),
     "waiting between searches": without(
         "search_schedule", distance=0.0, period=0, check_distance=0.0, check_period=0
+    ),
+    "longer waiting before checks": without(
+        "search_schedule", check_distance=1.5, check_period=10_000_000_000
     ),
     "work bound": without("map_search", max_work=_NEVER),
     "extrinsics monitor": without("extrinsics_monitor", step=math.inf, turn=math.inf),

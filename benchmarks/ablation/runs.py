@@ -19,7 +19,10 @@ DECIDING = (
     "KISS-ICP odometry",
     "wider priors",
     "wider priors for what fits badly",
+    "wider priors while wheels slip",
+    "gain of a wider prior",
     "minimum inlier ratio",
+    "jumps after gaps",
     "evidence of being carried",
     "growth of what passes through the map",
     "sweeps that share their errors",
@@ -29,6 +32,7 @@ DECIDING = (
     "agreement over a way",
     "end of comparing",
     "waiting between searches",
+    "longer waiting before checks",
     "work bound",
 )
 """Mechanisms that decide whether the pose is right, or where else the robot is."""
@@ -42,7 +46,13 @@ SPECIAL: Mapping[str, tuple[str, ...]] = {
 }
 """Drives made for some mechanisms; they are run without those only."""
 
-WITH_GYRO = ("wheel-gyro slip gate", "acceleration limit", "tilt by accelerometer", "slip window")
+WITH_GYRO = (
+    "wheel-gyro slip gate",
+    "acceleration limit",
+    "tilt by accelerometer",
+    "slip window",
+    "rest after a push",
+)
 """Mechanisms that need rim speeds and an inertial unit, which the real logs do not have."""
 WITH_LATE = ("late readings", "registration cache")
 """Mechanisms for readings that come late, as they do in none of the simulated drives but that made for them."""
