@@ -55,9 +55,9 @@ scenarios: .venv/.env ## Run and judge all scenarios, on all cores; reports in r
 quick: .venv/.dev ## Run the tests to run after each change (AREA=localization for one package)
 	@$(PYTEST) $(MORE) -q -m "not slow and not process and not sweep" $(AREAS) $(ARGS)
 
-test: .venv/.dev ## Run the tests but the long ones; branch coverage of at least 94 % (ARGS="--branch-coverage 0 -k name" for some)
+test: .venv/.dev ## Run the tests but the long ones (ARGS="-k name" for some)
 	@tools/test-setup
-	@FARSTEER_TEST_CPU_FACTOR=3 $(PYTEST) $(MORE) -m "not long" -p tests.branch_coverage --branch-coverage 94 $(ARGS)
+	@FARSTEER_TEST_CPU_FACTOR=3 $(PYTEST) $(MORE) -m "not long" $(ARGS)
 
 long: .venv/.dev ## Run the long tests, which `make test` leaves out and CI does not (ARGS="-k name" for some)
 	@tools/test-setup

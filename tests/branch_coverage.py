@@ -1,6 +1,6 @@
 """Pytest plugin: which lines and branches of the packages the tests run, also of tests that run side by side.
 
-`make test` loads it with `-p tests.branch_coverage`, before anything of ours is imported. SlipCover puts probes
+`-p tests.branch_coverage` loads it, as CI does, before anything of ours is imported. SlipCover puts probes
 into functions, and removes those that have served: tests take a quarter longer, under coverage's tracer two thirds. Its own
 plugin does not work with pytest 9.
 """
