@@ -9,6 +9,7 @@ granted the same amount, and the result never depends on the clock.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -16,6 +17,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from localization.compiled.blocks import lay
 from localization.geometry import FloatArray
 from localization.maps.prepared_map import PreparedMap
 from localization.matching.registration import RegistrationConfig
@@ -36,6 +38,8 @@ _FINEST = 1
 """Level of the blocks that are places: two cells along their edge, the step of the search."""
 _FOLLOWED = 64
 """Number of the most promising blocks that are followed down to estimate the best score."""
+_GOLDEN = 0.5 * (math.sqrt(5.0) - 1.0)
+"""Multiples of it, less their whole part, never come near each other: the golden ratio."""
 FEWEST_POINTS = 10
 """Number of horizontal points without which nothing is searched."""
 
@@ -44,7 +48,7 @@ FEWEST_POINTS = 10
 class MapSearchConfig:
     """How the whole map is searched."""
 
-    levels: int = 3
+    levels: int = 4
     """The coarsest blocks have 2 to this power cells along their edge; larger ones contain surfaces everywhere."""
     beams: int = 72
     """Number of points of the horizontal scanner that are laid over the plan."""
@@ -55,9 +59,9 @@ class MapSearchConfig:
     work_per_tick: int = 3_000_000
     """Number of points that are laid over the plan in 20 ms of the readings' time; a refinement counts as
     many (``REFINEMENT``)."""
-    max_work: int = 20_000_000
-    """Largest number of points that are laid over the plan with one reading: some 60 ms of work. Where readings come
-    less often than every 0.13 s, a search takes longer for it."""
+    max_work: int = 15_000_000
+    """Largest number of points that are laid over the plan with one reading: some 40 ms of work. Where readings come
+    less often than every 0.1 s, a search takes longer for it."""
     max_blocks: int = 400_000
     """Largest number of blocks that are kept of a level, the best ones: in a map where many places look
     alike, more would hold the search up and decide nothing."""
@@ -104,19 +108,29 @@ class Pyramid:
         stands: npt.NDArray[np.bool_] = inside & free[at[:, 0], at[:, 1]]
         return stands
 
-    def bounds(self, blocks: IndexArray, offsets: IndexArray, level: int) -> FloatArray:
-        """Return an upper bound of the score of points anywhere in each block.
+    def bounds(
+        self,
+        blocks: IndexArray,
+        offsets: IndexArray,
+        which: IndexArray,
+        level: int,
+        least: float = 0.0,
+    ) -> tuple[FloatArray, int]:
+        """Return an upper bound of the score of points anywhere in each block, and the number of points laid.
 
         Args:
             blocks: (N, 2) first cells.
-            offsets: (N, B) of the points, as ``offsets_of`` gives them.
+            offsets: (H, B) of the points at each heading, as ``offsets_of`` gives them.
+            which: (N,) heading of each block.
             level: level of the blocks.
+            least: a block with a smaller bound may get a negative one, for less work.
         """
-        width = self._shape[1]
-        base = (blocks[:, 0] + self._pad) * width + blocks[:, 1] + self._pad
-        scores = self._levels[level].take(base[:, None] + offsets)
-        total: FloatArray = scores.sum(axis=1, dtype=np.uint32) / (_FULL * offsets.shape[1])
-        return total
+        width, full = self._shape[1], _FULL * offsets.shape[1]
+        firsts = (blocks[:, 0] + self._pad) * width + blocks[:, 1] + self._pad
+        sums = np.empty(len(firsts), dtype=np.int64)
+        missing = full - math.ceil(least * full)
+        laid = lay(self._levels[level], firsts, offsets, which, missing, sums)
+        return sums / full, laid
 
     def offsets_of(self, points: FloatArray) -> IndexArray:
         """Return the offsets of points (B, 2) [m] from the robot's cell, in cells of the flattened plan."""
@@ -179,6 +193,8 @@ def search_map(
     if len(points) < FEWEST_POINTS:
         return ()
     points = points[np.linspace(0, len(points) - 1, min(c.beams, len(points))).astype(int)]
+    # Neighbours fall on the same wall, or off it. Far from each other they show early that a block is none of the best.
+    points = points[_apart(len(points))]
     yaws = _yaws(window, config)
     turned = np.stack(
         [pyramid.offsets_of(points @ np.array([[k, s], [-s, k]]))
@@ -205,6 +221,11 @@ def search_map(
     )
 
 
+def _apart(count: int) -> IndexArray:
+    """Return the numbers (N,) from 0 to ``count`` in an order in which those near each other come long after each other."""
+    return np.argsort(np.arange(count) * _GOLDEN % 1.0)
+
+
 def _yaws(window: Window | None, config: SearchConfig) -> FloatArray:
     """Return the headings to try (N,) [rad]: those of a window, or a full turn if that is less."""
     turns = np.inf if window is None else np.ceil(window.half_yaw / config.step_yaw)
@@ -219,33 +240,30 @@ Nodes = tuple[IndexArray, IndexArray, FloatArray]
 
 
 def _roots(pyramid: Pyramid, roots: IndexArray, turned: IndexArray) -> Work[Nodes]:
-    """Bound the coarsest blocks at every heading; return those that could contain one of the best places."""
-    c, beams = pyramid.config, turned.shape[1]
-    bounds = np.empty((len(turned), len(roots)), dtype=np.float32)
-    batch = max(1, PIECE // beams)
-    greedy = _none()
-    spent = 0
-    for i, offsets in enumerate(turned):
+    """Bound the coarsest blocks at every heading; return those that could contain one of the best places.
+
+    The best place that was found at the headings before says which blocks need not be laid to the end.
+    """
+    c = pyramid.config
+    batch = max(1, PIECE // turned.shape[1])
+    kept, here, floor, spent = [_none()], [_none()], 0.0, 0
+    for i in _apart(len(turned)):
         for first in range(0, len(roots), batch):
-            some = slice(first, first + batch)
-            bounds[i, some] = pyramid.bounds(roots[some], offsets[None, :], c.levels)
-            best = first + _largest(bounds[i, some], _FOLLOWED)
-            found = roots[best], np.full(len(best), i), bounds[i, best].astype(np.float64)
-            greedy = _best_of((greedy, found), _FOLLOWED)
-            spent += len(roots[some]) * beams
+            blocks = roots[first : first + batch]
+            which = np.full(len(blocks), i)
+            bounds, laid = pyramid.bounds(blocks, turned, which, c.levels, floor)
+            good = bounds >= floor
+            here.append((blocks[good], which[good], bounds[good]))
+            spent += laid
             if spent >= PIECE:
-                yield spent
-                spent = 0
-    floor = np.float32(_descend(pyramid, turned, greedy, c.levels - 1) - c.slack)
-    kept = []
-    for i, row in enumerate(bounds):
-        best = np.flatnonzero(row >= floor)
-        kept.append((roots[best], np.full(len(best), i), row[best].astype(np.float64)))
-        spent += len(row)
-        if spent >= PIECE:
-            yield spent
-            spent = 0
-    return _best_of(kept, c.max_blocks)
+                best, laid = _descend(pyramid, turned, _best_of(here, _FOLLOWED), c.levels - 1)
+                yield spent + laid
+                floor, spent = max(floor, best - c.slack), 0
+                kept, here = [*kept, *here], [_none()]
+    yield spent
+    blocks, which, bounds = _best_of([*kept, *here], c.max_blocks)
+    good = bounds >= floor
+    return blocks[good], which[good], bounds[good]
 
 
 def _open(pyramid: Pyramid, turned: IndexArray, nodes: Nodes, level: int) -> Work[Nodes]:
@@ -253,16 +271,18 @@ def _open(pyramid: Pyramid, turned: IndexArray, nodes: Nodes, level: int) -> Wor
 
     The score of the best is estimated first, by following the most promising blocks down.
     """
-    c, beams = pyramid.config, turned.shape[1]
-    batch = max(1, PIECE // (4 * beams))
-    floor = _descend(pyramid, turned, _best_of((nodes,), _FOLLOWED), level) - c.slack
+    c = pyramid.config
+    batch = max(1, PIECE // (4 * turned.shape[1]))
+    best, laid = _descend(pyramid, turned, _best_of((nodes,), _FOLLOWED), level)
+    floor = best - c.slack
     promising = np.flatnonzero(nodes[2] >= floor)
-    yield len(nodes[2])
+    yield len(nodes[2]) + laid
     kept = [_none()]
     for first in range(0, len(promising), batch):
         chosen = promising[first : first + batch]
-        kept.append(_children(pyramid, turned, nodes[0][chosen], nodes[1][chosen], level, floor))
-        yield 4 * len(chosen) * beams
+        inner, laid = _children(pyramid, turned, nodes[0][chosen], nodes[1][chosen], level, floor)
+        kept.append(inner)
+        yield laid
     return _best_of(kept, c.max_blocks)
 
 
@@ -295,23 +315,24 @@ def _children(
     which: IndexArray,
     level: int,
     floor: float,
-) -> Nodes:
+) -> tuple[Nodes, int]:
     inner = pyramid.children(blocks, level)
     heading = np.repeat(which, 4)
     stands = pyramid.stands(inner, level)
     inner, heading = inner[stands], heading[stands]
-    bounds = pyramid.bounds(inner, turned[heading], level)
+    bounds, laid = pyramid.bounds(inner, turned, heading, level, floor)
     good = bounds >= floor
-    return inner[good], heading[good], bounds[good]
+    return (inner[good], heading[good], bounds[good]), laid
 
 
-def _descend(pyramid: Pyramid, turned: IndexArray, nodes: Nodes, level: int) -> float:
-    """Return the score of the best place that a greedy search from some blocks finds."""
-    best = 0.0
+def _descend(pyramid: Pyramid, turned: IndexArray, nodes: Nodes, level: int) -> tuple[float, int]:
+    """Return the score of the best place that a greedy search from some blocks finds, and the number of points laid."""
+    best, spent = 0.0, 0
     for finer in range(level, _FINEST - 1, -1):
-        nodes = _children(pyramid, turned, nodes[0], nodes[1], finer, 0.0)
+        nodes, laid = _children(pyramid, turned, nodes[0], nodes[1], finer, 0.0)
+        spent += laid
         if len(nodes[2]) == 0:
-            return 0.0
+            return 0.0, spent
         nodes = _best_of((nodes,), _FOLLOWED)
         best = float(nodes[2].max())
-    return best
+    return best, spent

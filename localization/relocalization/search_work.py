@@ -1,6 +1,6 @@
 """Work of a search, in pieces: done once however often it is asked for, and measured in points, never in time.
 
-A search of the whole map takes about a second of processor time. The localiser spends a fixed amount of it on
+A search of the whole map takes a tenth of a second of processor time and more. The localiser spends a fixed amount of it on
 each stretch of the readings' time. How much was granted is a number in the localiser's state, so that a state
 can be returned to; what the work came to is kept here, and is the same for every state.
 """
@@ -20,7 +20,7 @@ SearchWork: TypeAlias = Work[tuple[Candidate, ...]]
 
 PIECE: Final = 250_000
 """Amount of a piece [points]."""
-REFINEMENT: Final = 3_000_000
+REFINEMENT: Final = 2_500_000
 """A place that is refined against the cloud costs as much as this many points on the plan."""
 
 
