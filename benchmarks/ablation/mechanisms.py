@@ -94,12 +94,7 @@ MECHANISMS: Mapping[str, Change] = {
     "largest sigma": without("health", lost_sigma=math.inf),
     "end of comparing": without("hypotheses", max_distance=math.inf),
     "neighbours along a corridor": without("search", compared=0),
-    "waiting between searches": without(
-        "search_schedule", distance=0.0, period=0, check_distance=0.0, check_period=0
-    ),
-    "longer waiting before checks": without(
-        "search_schedule", check_distance=1.5, check_period=10_000_000_000
-    ),
+    "waiting between searches": without("search_schedule", distance=0.0, period=0),
     "work bound": without("map_search", max_work=_NEVER),
     "extrinsics monitor": without("extrinsics_monitor", step=math.inf, turn=math.inf),
     "late readings": without("late_readings", horizon=0),

@@ -32,7 +32,6 @@ DECIDING = (
     "agreement over a way",
     "end of comparing",
     "waiting between searches",
-    "longer waiting before checks",
     "work bound",
 )
 """Mechanisms that decide whether the pose is right, or where else the robot is."""

@@ -55,8 +55,7 @@ class HealthConfig:
     """A larger share of the sweeps that stays unexplained for about a second is reported, whatever it says of the
     pose."""
     check_after: float = 1.2
-    """A doubt that lasts for so long has the whole map searched for other places that fit [s]: until then a robot that
-    turns out to be lost is searched for nearby."""
+    """A doubt that lasts for so long has the whole map searched for other places that fit [s]."""
     lost_sigma: float = 1.0
     """A horizontal position known no better than this is lost, one sigma [m]."""
     agreement_distance: float = 3.0

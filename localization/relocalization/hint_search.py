@@ -42,9 +42,9 @@ class SearchTask:
     """A search under way."""
 
     hint: Hint | None
-    """The hint that is searched for; None if the localiser is lost and searches by itself."""
+    """The hint that is searched for; None if the whole map is searched."""
     window: Window | None
-    """Where to search; None for the whole map."""
+    """Where to search for a hint."""
     sweep: Sweep
     """The sweep to be explained."""
     odom_from_base: Pose
@@ -104,8 +104,6 @@ class SearchResult:
     """The hint that was searched for, if any."""
     candidates: tuple[Candidate, ...]
     """The places found, as of now by odometry, best first."""
-    whole_map: bool = False
-    """Whether the whole map was searched."""
     unseen: FloatArray | None = None
     """(6, 6) covariance of what the sweep leaves open within the window; None if it shows the whole pose."""
 
@@ -188,16 +186,11 @@ class HintSearch:
         window = window_of(hint.map_from_base @ moved, hint.covariance, self.config)
         return self._begin(hint, window, sweep, odom_from_base, level)
 
-    def search_window(
-        self,
-        state: SearchState,
-        window: Window | None,
-        sweep: Sweep,
-        odom_from_base: Pose,
-        level: Pose,
+    def search_map(
+        self, state: SearchState, sweep: Sweep, odom_from_base: Pose, level: Pose
     ) -> SearchState:
-        """Search a window, or the whole map if it is None, without a hint, unless a search is under way."""
-        return state if state.busy else self._begin(None, window, sweep, odom_from_base, level)
+        """Search the whole map, unless a search is under way."""
+        return state if state.busy else self._begin(None, None, sweep, odom_from_base, level)
 
     def _begin(
         self,
@@ -258,10 +251,7 @@ class HintSearch:
             found = candidates[0].map_from_base
             _, match = settled(task.sweep, self._world, found, self._registration)
             unseen = unseen_within(match, window)
-        whole_map = task.window is None
-        result = SearchResult(
-            verdict, reason, task.hint, places, whole_map=whole_map, unseen=unseen
-        )
+        result = SearchResult(verdict, reason, task.hint, places, unseen=unseen)
         return SearchState(state.waiting), result
 
     def _claimed(self, task: SearchTask) -> Candidate | None:

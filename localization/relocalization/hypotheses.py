@@ -18,6 +18,7 @@ from localization.maps.prepared_map import PreparedMap
 from localization.matching.registration import RegistrationConfig
 from localization.monitoring.belief import Belief, BeliefConfig
 from localization.relocalization.search_config import SearchConfig
+from localization.relocalization.search_window import Window
 from localization.relocalization.verification import (
     HELD_OFF_SIGMA,
     SETTLING_SIGMA,
@@ -97,7 +98,7 @@ class Hypotheses:
     distance: float = 0.0
     """Distance driven since the places were found [m]."""
     near: bool = False
-    """Whether only the surroundings of a lost estimate or of a hint were searched, so that other places may fit as well."""
+    """Whether only the surroundings of a hint were searched, so that other places may fit as well."""
 
     @classmethod
     def of(
@@ -109,6 +110,7 @@ class Hypotheses:
         *,
         near: bool = False,
         present: Pose | None = None,
+        around: Window | None = None,
         prior: float = 0.0,
     ) -> Hypotheses:
         """Begin with the places that a search found, best first, as of now.
@@ -118,17 +120,20 @@ class Hypotheses:
             odom_from_base: The pose in ``odom`` now.
             config: How many places are tracked.
             search: What counts as one place.
-            near: Whether only the surroundings of a lost estimate or of a hint were searched.
+            near: Whether only the surroundings of a hint were searched.
             present: The estimate, if the robot has one that stands. It is one of the places, or compared with them
                 as one more, so that only a place that is surely better replaces it.
-            prior: Logarithm of the odds that the estimate is right: wheels, gyro and scanner led to it.
+            around: Where the robot is rather than anywhere else, if it has none: nearby it was lost.
+            prior: Logarithm of the odds that the estimate is right, for wheels, gyro and scanner led to it, or that the
+                robot is there.
         """
         found = candidates[: config.max_places - (present is not None)]
         places: list[Hypothesis] = []
         for c in found:
             same = present is not None and same_place(c.map_from_base, present, search)
             same = same and not any(p.present for p in places)
-            own = prior if same else 0.0
+            here = same or (around is not None and around.holds(c.map_from_base))
+            own = prior if here else 0.0
             places.append(Hypothesis(c.map_from_base, (c.score,), (c.evidence,), own, same))
         if present is not None and places and not any(p.present for p in places):
             places.append(Hypothesis(present, prior=prior, present=True))

@@ -114,8 +114,6 @@ class RelocalizerState:
     """Why the whole map was searched last."""
     checking: bool = False
     """Whether the pose stands, but other places may explain what is seen."""
-    near_searched: bool = False
-    """Whether a lost robot has been searched for near its last pose."""
     paused: bool = False
     """Whether a robot without a pose is left alone until it is placed, or a search is requested."""
 
@@ -167,8 +165,7 @@ class RelocalizerState:
         task = self.search.task
         if task is None or task.hint is not None:
             return self.search.busy
-        whole_map = task.window is None
-        return whole_map and self.cause is SearchCause.REQUESTED
+        return self.cause is SearchCause.REQUESTED
 
     def activity(self, now: int, config: SearchScheduleConfig) -> str:
         """Return what is being searched for, in words for the operator; empty if nothing is.
@@ -181,8 +178,7 @@ class RelocalizerState:
         if self.search.waiting is not None or (task is not None and task.hint is not None):
             return "searching around the hint"
         if task is not None:
-            where = "near the last pose" if task.window else f"the whole map ({self.cause})"
-            return f"searching {where}"
+            return f"searching the whole map ({self.cause})"
         due = cause is not None and not self.hypotheses.places
         return (
             f"searching the whole map ({cause})" if due and self.schedule.ready(now, config) else ""
@@ -260,7 +256,7 @@ class Relocalizer:
             state = self._after_rejection(state, current)
             answers = tuple(_with_outlook(answer, state) for answer in answers)
             return state, answers
-        if task is not None and task.hint is None and task.window is None:
+        if task is not None and task.hint is None:
             schedule = schedule.at_once(state.cause)
         return replace(state, search=search, schedule=schedule), answers
 
@@ -283,7 +279,6 @@ class Relocalizer:
             search=search,
             schedule=_revised(state.schedule.moved(odom), current),
             paused=state.paused and (lost or not current.placed),
-            near_searched=state.near_searched and lost,
         )
         enough = np.count_nonzero(sweep.horizontal) >= FEWEST_POINTS
         if search.busy or state.hypotheses.places or not enough:
@@ -292,9 +287,6 @@ class Relocalizer:
         if self._by_itself and not state.paused:
             if not current.placed:
                 schedule = schedule.waited(now, self._schedule)
-            elif lost and schedule.cause is None and not state.near_searched:
-                search = self._search.search_window(search, _around(current), sweep, odom, level)
-                return replace(state, search=search, near_searched=True)
             elif lost and schedule.cause is None:
                 schedule = schedule.with_cause(SearchCause.LOST)
         state = replace(state, schedule=schedule)
@@ -302,7 +294,7 @@ class Relocalizer:
             return state
         return replace(
             state,
-            search=self._search.search_window(search, None, sweep, odom, level),
+            search=self._search.search_map(search, sweep, odom, level),
             schedule=schedule.started(now),
             cause=schedule.cause,
             checking=True,
@@ -382,29 +374,22 @@ class Relocalizer:
         unsure: bool,
     ) -> RelocalizerState:
         """Return the state after a search without a hint: what it found is proposed, and driving decides."""
-        if result.whole_map:
-            present = None if unsure else current.map_from_base
-            # An operator who asks for a search doubts the pose, whatever the sweeps say.
-            asked = state.cause is SearchCause.REQUESTED
-            most = Belief.of_found(self._weighing.belief).odds
-            places = Hypotheses.of(
-                result.candidates,
-                odom,
-                self._hypotheses,
-                self._config,
-                present=present,
-                prior=0.0 if asked else min(max(0.0, current.odds), most),
-            )
-            if places.places:
-                return replace(state, hypotheses=places)
-            return self._unsettled(state, unsure=unsure)
-        if not unsure:
-            return state
-        if result.verdict is Verdict.REJECTED:
-            # Not near where it was lost: it may be anywhere.
-            return replace(state, schedule=state.schedule.with_cause(SearchCause.LOST))
-        places = Hypotheses.of(result.candidates, odom, self._hypotheses, self._config, near=True)
-        return replace(state, hypotheses=places)
+        # An operator who asks for a search doubts the pose, whatever the sweeps say.
+        asked = state.cause is SearchCause.REQUESTED
+        most = Belief.of_found(self._weighing.belief).odds
+        prior = most if current.lost else min(max(0.0, current.odds), most)
+        places = Hypotheses.of(
+            result.candidates,
+            odom,
+            self._hypotheses,
+            self._config,
+            present=None if unsure else current.map_from_base,
+            around=_around(current) if current.placed and current.lost else None,
+            prior=0.0 if asked else prior,
+        )
+        if places.places:
+            return replace(state, hypotheses=places)
+        return self._unsettled(state, unsure=unsure)
 
     def _unsettled(self, state: RelocalizerState, *, unsure: bool) -> RelocalizerState:
         """Return the state after none of the places found was the right one."""
@@ -492,7 +477,6 @@ def _found(state: RelocalizerState) -> RelocalizerState:
         hypotheses=Hypotheses(),
         schedule=state.schedule.without_cause(),
         checking=False,
-        near_searched=False,
         paused=False,
     )
 
@@ -503,7 +487,7 @@ def _to_check(state: RelocalizerState) -> RelocalizerState:
 
 
 def _around(current: CurrentPose) -> Window:
-    """Return the window in which to search for a robot that was lost a moment ago."""
+    """Return the surroundings of a pose that was lost, where the robot is rather than anywhere else."""
     p, covariance = current.map_from_base, current.covariance
     half = float(np.clip(3.0 * horizontal_sigma(covariance), 1.0, 3.0))
     half_yaw = float(np.clip(3.0 * np.sqrt(covariance[5, 5]), np.deg2rad(20.0), np.pi))

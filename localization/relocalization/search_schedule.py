@@ -20,7 +20,7 @@ class SearchCause(StrEnum):
     REJECTED_HINT = "the hint was rejected"
     """A hint to a robot that does not know where it is was rejected."""
     LOST = "lost"
-    """The robot is lost, and was not found near its last pose."""
+    """The robot is lost."""
     DOUBT = "other places may explain what is seen"
     """The pose stands, and the search is a check of it."""
 
@@ -35,10 +35,6 @@ class SearchScheduleConfig:
     """A robot that does not know where it is searches again after this distance [m], or after ``period``."""
     period: int = 10 * SECOND
     """A robot that does not know where it is searches again after this time [ns], or after ``distance``."""
-    check_distance: float = 5.0
-    """A pose that stands is checked again after this distance [m], or after ``check_period``."""
-    check_period: int = 30 * SECOND
-    """A pose that stands is checked again after this time [ns], or after ``check_distance``."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -89,10 +85,7 @@ class SearchSchedule:
         """
         if self.cause is None or self.cause is SearchCause.REQUESTED or self.begun is None:
             return self.cause is not None
-        check = self.cause is SearchCause.DOUBT
-        distance = config.check_distance if check else config.distance
-        period = config.check_period if check else config.period
-        return self.distance >= distance or now - self.begun >= period
+        return self.distance >= config.distance or now - self.begun >= config.period
 
     def started(self, now: int) -> SearchSchedule:
         """Return the schedule after the search that was due has begun [ns]."""

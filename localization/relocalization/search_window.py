@@ -1,4 +1,4 @@
-"""Windows around a hint or a lost estimate, in which the robot is searched for."""
+"""Windows around a hint or a lost estimate, in which the robot may be."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from localization.geometry import FloatArray
+from localization.geometry import FloatArray, wrap_angle
 from localization.relocalization.search_config import SearchConfig
 from localization.types import Pose
 
@@ -25,6 +25,12 @@ class Window:
     """Half width in x and in y [m]."""
     half_yaw: float
     """Half width in heading [rad]."""
+
+    def holds(self, pose: Pose) -> bool:
+        """Return whether a pose is in it."""
+        x, y, _ = pose.position.tolist()
+        near = max(abs(x - self.x), abs(y - self.y)) <= self.half_width
+        return near and abs(wrap_angle(pose.yaw - self.yaw)) <= self.half_yaw
 
 
 def window_of(

@@ -109,8 +109,6 @@ RARE: frozenset[str] = frozenset(
         "search.refine",
         "search.same_yaw",
         "search.smallest_window_yaw",
-        "search_schedule.check_distance",
-        "search_schedule.check_period",
         "search_schedule.distance",
         "search_schedule.period",
         "slip_min_inlier_ratio",

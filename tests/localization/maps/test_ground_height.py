@@ -104,7 +104,7 @@ def answer_of(
     """Hint level and at height zero, half a metre off; or search the whole map."""
     search = DrivenSearch(world, FloorPlan(world, 0.35, cell=0.05, sigma=0.12))
     if everywhere:
-        search.search_window(None, sweep, Pose.identity(), Pose.identity())
+        search.search_map(sweep, Pose.identity(), Pose.identity())
     else:
         x, y, _ = at.position.tolist()
         hint = Hint(0, Pose.planar(x + 0.4, y - 0.3, at.yaw + 0.15), np.zeros((6, 6)))

@@ -9,7 +9,6 @@ from localization.matching.scan_consistency import BeamClassifier
 from localization.relocalization.floor_plan import FloorPlan
 from localization.relocalization.hint_search import TICK, HintSearch, SearchResult, SearchState
 from localization.relocalization.search_config import SearchConfig
-from localization.relocalization.search_window import Window
 from localization.relocalization.verification import Weighing
 from localization.types import Hint, HintVerdict, Pose, Sweep
 
@@ -37,10 +36,8 @@ class DrivenSearch:
     def begin(self, sweep: Sweep, odom_from_base: Pose, level: Pose) -> None:
         self.state = self.steps.begin(self.state, sweep, odom_from_base, level)
 
-    def search_window(
-        self, window: Window | None, sweep: Sweep, odom_from_base: Pose, level: Pose
-    ) -> None:
-        self.state = self.steps.search_window(self.state, window, sweep, odom_from_base, level)
+    def search_map(self, sweep: Sweep, odom_from_base: Pose, level: Pose) -> None:
+        self.state = self.steps.search_map(self.state, sweep, odom_from_base, level)
 
     def advance(self, odom_from_base: Pose, current: Pose | None) -> SearchResult | None:
         """Do a tick's share of the search."""

@@ -8,7 +8,7 @@ from localization.maps.prepared_map import PreparedMap
 from localization.relocalization.floor_plan import FloorPlan
 from localization.relocalization.hint_search import SearchResult
 from localization.relocalization.search_config import SearchConfig
-from localization.relocalization.search_window import Window, window_of
+from localization.relocalization.search_window import window_of
 from localization.relocalization.verification import same_place
 from localization.types import Hint, Pose, Sweep, Verdict
 from tests.localization.relocalization.driven_search import DrivenSearch
@@ -296,7 +296,7 @@ def test_every_hint_is_answered_once_in_order(
 
 def test_search_without_a_hint_gives_way_to_one(search: DrivenSearch) -> None:
     sweep = HALL.sweep(Pose.planar(4.0, 2.5, 0.4))
-    search.search_window(Window(4.0, 2.5, 0.4, 1.0, 0.5), sweep, ODOM, LEVEL)
+    search.search_map(sweep, ODOM, LEVEL)
     assert search.busy
     hint = a_hint(Pose.planar(4.2, 2.5, 0.4))
     search.receive(hint, 1, ODOM)
@@ -309,9 +309,9 @@ def test_hint_does_not_give_way_to_a_search_without_one(search: DrivenSearch) ->
     sweep = HALL.sweep(Pose.planar(4.0, 2.5, 0.4))
     hint = a_hint(Pose.planar(4.2, 2.5, 0.4))
     search.receive(hint, 1, ODOM)
-    search.search_window(Window(1.0, 1.0, 0.0, 1.0, 0.5), sweep, ODOM, LEVEL)
+    search.search_map(sweep, ODOM, LEVEL)
     search.begin(sweep, ODOM, LEVEL)
-    search.search_window(Window(1.0, 1.0, 0.0, 1.0, 0.5), sweep, ODOM, LEVEL)
+    search.search_map(sweep, ODOM, LEVEL)
     assert finish(search).hint is hint
 
 
