@@ -251,7 +251,7 @@ def test_program_in_the_documentation_steps_the_robot(clone: Path, python: WarmP
         done = python.run("-c", STEP.text.replace("9090", port), cwd=clone)
     assert done.returncode == 0, done.stderr
     assert not done.stderr
-    assert done.stdout == "2 s, 18 poses, the last at x 23.46 m\n"
+    assert done.stdout == "2 s, 19 poses, the last at x 23.46 m\n"
 
 
 @pytest.mark.slow
