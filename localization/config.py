@@ -65,9 +65,9 @@ class LocalizerConfig:
     """Whether KISS-ICP tracks the horizontal scanner; without it wheel slip is detected less often."""
     min_inlier_ratio: float = 0.3
     """A sweep of which the map explains a smaller share is rejected even if it agrees with the prediction."""
-    slip_min_inlier_ratio: float = 0.6
-    """A sweep that contradicts the prediction is tried with a wider prior only if the map explains at least this share of
-    it; above 1, never."""
+    good_inlier_ratio: float = 0.6
+    """A sweep of which the map explains this share fits it: only such a one is tried with a wider prior if it contradicts
+    the prediction; above 1, none is."""
     slip_sigma: tuple[float, float, float, float] = (0.12, 0.06, 0.02, np.deg2rad(1.0))
     """Error that slipping wheels may cause over one sweep, one sigma: forward, sideways, up [m], yaw [rad]."""
     retry_sigma: tuple[tuple[float, float, float, float], ...] = (

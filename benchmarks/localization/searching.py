@@ -151,7 +151,7 @@ def kidnap_trial(searcher: Searcher, moments: Sequence[Moment]) -> Kidnapping:
     places, first_cost = _everywhere(searcher, begin)
     first_right = bool(places) and right(places[0].map_from_base, begin.truth)
     listed = any(right(p.map_from_base, begin.truth) for p in places)
-    hypotheses = Hypotheses.of(places, begin.odom_from_base, settings, SearchConfig())
+    hypotheses = Hypotheses.of(places, begin.odom_from_base, SearchConfig())
     way, total, before = 0.0, first_cost, begin
     for moment in moments[1:]:
         step = moment.odom_from_base.position - before.odom_from_base.position
@@ -161,7 +161,7 @@ def kidnap_trial(searcher: Searcher, moments: Sequence[Moment]) -> Kidnapping:
         if not hypotheses.places or hypotheses.exhausted(settings, weighing.belief):
             again, cost = _everywhere(searcher, moment)
             total += cost
-            hypotheses = Hypotheses.of(again, moment.odom_from_base, settings, SearchConfig())
+            hypotheses = Hypotheses.of(again, moment.odom_from_base, SearchConfig())
             continue
         begun = time.thread_time()
         hypotheses, settled = hypotheses.compared(

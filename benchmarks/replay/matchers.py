@@ -28,7 +28,7 @@ def plain(matcher: Matcher) -> LocalizerConfig:
         matcher=matcher,
         kiss=KISS_PEER,
         kiss_odometry=False,
-        slip_min_inlier_ratio=2.0,
+        good_inlier_ratio=2.0,
     )
 
 

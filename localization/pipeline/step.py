@@ -294,7 +294,7 @@ def _processed(
     state: State, record: SweepRecord, registration: Registration, config: LocalizerConfig
 ) -> SweepProcessed:
     match = registration.match
-    explained = match is not None and match.inlier_ratio >= config.slip_min_inlier_ratio
+    explained = match is not None and match.inlier_ratio >= config.good_inlier_ratio
     return SweepProcessed(
         scans=record.scans,
         track=state.track,

@@ -275,7 +275,7 @@ def _least_elsewhere(
     fit better. With a gyro only sweeps that are rejected though they fit well are, and only while the wheels slip or
     once the pose is doubtful: of a robot that was carried off, a sweep may fit near its old place by chance.
     """
-    fits = match.inlier_ratio >= config.slip_min_inlier_ratio
+    fits = match.inlier_ratio >= config.good_inlier_ratio
     if refusal is not None and fits:
         tried = config.sensors.displaced or slipping or state.health.doubtful
         return match.inlier_ratio - _NEARLY if tried else None
@@ -324,7 +324,7 @@ def _registered_wider(
         if found and _unobserved_shift(filter_, match) < _HARMLESS:
             near = wide, match, nis
             break
-    fits = r.config.slip_min_inlier_ratio
+    fits = r.config.good_inlier_ratio
     enough = near is not None and (len(starts) == 1 or near[1].inlier_ratio >= fits)
     if enough or least >= fits:
         return near
@@ -349,7 +349,7 @@ def _registered_turned(
     for start, turns in product(starts, _TURNS):
         at = replace(wide, pose=start @ Pose.planar(0.0, 0.0, turns * sigma))
         match, _ = _registered(at, replace(record, match=None), matcher, share, r)
-        fits = match.inlier_ratio >= r.config.slip_min_inlier_ratio
+        fits = match.inlier_ratio >= r.config.good_inlier_ratio
         if not (fits and len(match.observable_directions)):
             continue
         # Whether the robot can be there is asked of the place that the heading was tried at.

@@ -36,6 +36,9 @@ _FULL = 255
 """Score of a point on a surface."""
 _FINEST = 1
 """Level of the blocks that are places: two cells along their edge, the step of the search."""
+COARSEST = 4
+"""Level of the first blocks: 16 cells along their edge, 0.8 m. Of larger ones fewer can be left out, of smaller ones there
+are more; what is found is the same."""
 _FOLLOWED = 64
 """Number of the most promising blocks that are followed down to estimate the best score."""
 _GOLDEN = 0.5 * (math.sqrt(5.0) - 1.0)
@@ -48,8 +51,6 @@ FEWEST_POINTS = 10
 class MapSearchConfig:
     """How the whole map is searched."""
 
-    levels: int = 4
-    """The coarsest blocks have 2 to this power cells along their edge; larger ones contain surfaces everywhere."""
     beams: int = 72
     """Number of points of the horizontal scanner that are laid over the plan."""
     reach: float = 30.0
@@ -66,7 +67,7 @@ class MapSearchConfig:
     """Largest number of blocks that are kept of a level, the best ones: in a map where many places look
     alike, more would hold the search up and decide nothing."""
     refine: int = 12
-    """Number of the best places that are refined against the cloud."""
+    """Number of the best places that are refined against the cloud, and then tracked if they are distinct."""
 
 
 class Pyramid:
@@ -75,11 +76,11 @@ class Pyramid:
     def __init__(self, plan: FloorPlan, config: MapSearchConfig = MapSearchConfig()) -> None:
         self.config, self.cell, self.origin = config, plan.cell, plan.origin
         # Wide enough for every beam from every block, so that no index is ever checked.
-        self._pad = int(np.ceil(config.reach / plan.cell)) + (1 << config.levels)
+        self._pad = int(np.ceil(config.reach / plan.cell)) + (1 << COARSEST)
         exact = np.pad(np.rint(plan.likelihood * _FULL).astype(np.uint8), self._pad)
         self._shape = exact.shape
         levels, free = [exact], [plan.free]
-        for level in range(config.levels):
+        for level in range(COARSEST):
             # A block begins at its cell and reaches towards larger indices.
             # The maximum over 4^n cells from four maxima of the level below, whatever n.
             levels.append(_pooled(levels[-1], 1 << level))
@@ -89,7 +90,7 @@ class Pyramid:
 
     def roots(self) -> IndexArray:
         """Return the first cells (N, 2) of the coarsest blocks that contain a place to stand on."""
-        size = 1 << self.config.levels
+        size = 1 << COARSEST
         free = self._free[-1][::size, ::size]
         return np.argwhere(free) * size
 
@@ -202,9 +203,9 @@ def search_map(
     )  # fmt: skip
     roots = pyramid.roots()
     if window is not None:
-        roots = roots[pyramid.overlap(roots, c.levels, window)]
+        roots = roots[pyramid.overlap(roots, COARSEST, window)]
     nodes = yield from _roots(pyramid, roots, turned)
-    for finer in range(c.levels - 1, _FINEST - 1, -1):
+    for finer in range(COARSEST - 1, _FINEST - 1, -1):
         nodes = yield from _open(pyramid, turned, nodes, finer)
     blocks, which, bounds = nodes
     if window is not None:
@@ -251,12 +252,12 @@ def _roots(pyramid: Pyramid, roots: IndexArray, turned: IndexArray) -> Work[Node
         for first in range(0, len(roots), batch):
             blocks = roots[first : first + batch]
             which = np.full(len(blocks), i)
-            bounds, laid = pyramid.bounds(blocks, turned, which, c.levels, floor)
+            bounds, laid = pyramid.bounds(blocks, turned, which, COARSEST, floor)
             good = bounds >= floor
             here.append((blocks[good], which[good], bounds[good]))
             spent += laid
             if spent >= PIECE:
-                best, laid = _descend(pyramid, turned, _best_of(here, _FOLLOWED), c.levels - 1)
+                best, laid = _descend(pyramid, turned, _best_of(here, _FOLLOWED), COARSEST - 1)
                 yield spent + laid
                 floor, spent = max(floor, best - c.slack), 0
                 kept, here = [*kept, *here], [_none()]

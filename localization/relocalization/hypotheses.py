@@ -40,8 +40,6 @@ class HypothesesConfig:
     """A sweep is new evidence after this turn [rad], or after ``step``."""
     max_distance: float = 8.0
     """Without a decision after this distance [m], the search begins anew."""
-    max_places: int = 12
-    """Largest number of places that are tracked."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -105,7 +103,6 @@ class Hypotheses:
         cls,
         candidates: Sequence[Candidate],
         odom_from_base: Pose,
-        config: HypothesesConfig,
         search: SearchConfig,
         *,
         near: bool = False,
@@ -118,7 +115,6 @@ class Hypotheses:
         Args:
             candidates: The places found.
             odom_from_base: The pose in ``odom`` now.
-            config: How many places are tracked.
             search: What counts as one place.
             near: Whether only the surroundings of a hint were searched.
             present: The estimate, if the robot has one that stands. It is one of the places, or compared with them
@@ -127,9 +123,8 @@ class Hypotheses:
             prior: Logarithm of the odds that the estimate is right, for wheels, gyro and scanner led to it, or that the
                 robot is there.
         """
-        found = candidates[: config.max_places - (present is not None)]
         places: list[Hypothesis] = []
-        for c in found:
+        for c in candidates:
             same = present is not None and same_place(c.map_from_base, present, search)
             same = same and not any(p.present for p in places)
             here = same or (around is not None and around.holds(c.map_from_base))

@@ -349,7 +349,7 @@ class Relocalizer:
             # A pose that stands explains clearly less, or is in doubt: else the hint would have been answered by it.
             present = None if unsure else current.map_from_base
             places = Hypotheses.of(
-                result.candidates, odom, self._hypotheses, self._config, near=True, present=present
+                result.candidates, odom, self._config, near=True, present=present
             )
             state = replace(state, hypotheses=places, checking=state.checking or not unsure)
         elif result.verdict is Verdict.REJECTED:
@@ -381,7 +381,6 @@ class Relocalizer:
         places = Hypotheses.of(
             result.candidates,
             odom,
-            self._hypotheses,
             self._config,
             present=None if unsure else current.map_from_base,
             around=_around(current) if current.placed and current.lost else None,

@@ -88,7 +88,6 @@ RARE: frozenset[str] = frozenset(
         "health.lost_sigma",
         "health.silence",
         "hypotheses.max_distance",
-        "hypotheses.max_places",
         "jump_detection.gap_distance",
         "jump_detection.min_overlap",
         "jump_detection.points",
@@ -111,7 +110,7 @@ RARE: frozenset[str] = frozenset(
         "search.smallest_window_yaw",
         "search_schedule.distance",
         "search_schedule.period",
-        "slip_min_inlier_ratio",
+        "good_inlier_ratio",
         "sweep_distance",
         "undo_memory",
     }

@@ -102,7 +102,7 @@ def test_the_parts_that_the_ablation_leaves_out_leave_a_localiser_that_works(
     drive = drive_of(2.0)
     config = LocalizerConfig(
         kiss_odometry=False,
-        slip_min_inlier_ratio=2.0,
+        good_inlier_ratio=2.0,
         registration=RegistrationConfig(debias=0.0),
     )
     last = localized(drive, Localizer(hall, MOUNTS, config))[-1]

@@ -9,7 +9,7 @@ from localization.maps.cloud import Cloud
 from localization.maps.prepared_map import PreparedMap, prepare
 from localization.matching.scan_consistency import BeamClassifier
 from localization.pipeline.localizer import Localizer
-from localization.relocalization.branch_and_bound import MapSearchConfig, Pyramid, search_map
+from localization.relocalization.branch_and_bound import COARSEST, Pyramid, search_map
 from localization.relocalization.floor_plan import FloorPlan
 from localization.relocalization.search_config import SearchConfig
 from localization.relocalization.search_window import Window
@@ -78,7 +78,7 @@ def test_bound_of_a_block_is_never_less_than_any_of_its_places(hall: PreparedMap
     rng = np.random.default_rng(2)
     points = rng.uniform(-6.0, 6.0, (40, 2))
     offsets = pyramid.offsets_of(points)[None, :]
-    for level in range(1, MapSearchConfig().levels + 1):
+    for level in range(1, COARSEST + 1):
         blocks = rng.integers(20, 120, (200, 2))
         which = np.zeros(len(blocks), dtype=np.int64)
         bound, _ = pyramid.bounds(blocks, offsets, which, level)

@@ -24,6 +24,7 @@ from localization.relocalization.search_schedule import (
     SearchSchedule,
     SearchScheduleConfig,
 )
+from localization.relocalization.search_window import Window
 from localization.relocalization.verification import Weighing
 from localization.types import (
     SECOND,
@@ -301,11 +302,21 @@ def weighed(evidence: tuple[float, ...], at: Pose | None = None) -> Hypothesis:
 
 def test_estimate_that_stands_is_one_of_the_places_that_a_search_compares() -> None:
     found = (Candidate(Pose.planar(1.0, 0.0, 0.0), 0.6),)
-    here, config = Pose.planar(5.0, 5.0, 0.0), HypothesesConfig()
-    places = Hypotheses.of(found, Pose.identity(), config, SearchConfig(), present=here).places
+    here = Pose.planar(5.0, 5.0, 0.0)
+    places = Hypotheses.of(found, Pose.identity(), SearchConfig(), present=here).places
     assert [p.map_from_base for p in places] == [found[0].map_from_base, here]
     assert [p.score for p in places] == [0.6, 0.0]
-    assert Hypotheses.of((), Pose.identity(), config, SearchConfig(), present=here).places == ()
+    assert Hypotheses.of((), Pose.identity(), SearchConfig(), present=here).places == ()
+
+
+def test_of_places_alike_that_near_which_the_robot_was_lost_has_the_better_odds() -> None:
+    found = [Candidate(Pose.planar(x, 0.0, 0.2), 0.9, 5.0) for x in (9.0, 1.0)]
+    found.append(Candidate(Pose.planar(1.0, 0.0, 3.0), 0.9, 5.0))
+    around = Window(1.5, 0.5, 0.0, half_width=1.0, half_yaw=0.3)
+    places = Hypotheses.of(found, Pose.identity(), SearchConfig(), around=around, prior=4.6).places
+    assert [p.prior for p in places] == [0.0, 4.6, 0.0]
+    far, near, turned = places
+    assert near.advantage(far) == near.advantage(turned) == pytest.approx(4.6)
 
 
 @pytest.mark.parametrize(
@@ -352,7 +363,7 @@ def compared(
 ) -> tuple[Hypothesis, ...]:
     """The places of a search, and the estimate that stood, after a look at the hall by a robot at ``NOW``."""
     search, config = SearchConfig(), HypothesesConfig()
-    places = Hypotheses.of(found, Pose.identity(), config, search, present=THERE)
+    places = Hypotheses.of(found, Pose.identity(), search, present=THERE)
     sweep, weighing = HALL.sweep(NOW, stamp=SECOND), Weighing(BeamClassifier(hall))
     left, _ = places.compared(
         sweep, odom, hall, weighing, search, config, RegistrationConfig(), present=present
@@ -377,7 +388,7 @@ def test_estimate_is_not_defended_by_what_it_would_explain_at_a_place_that_a_sea
     """A sweep pulls a pose by decimetres, to a place that is then another one's."""
     off, search, config = Pose.planar(0.4, 0.0, 0.0), SearchConfig(), HypothesesConfig()
     found = [Candidate(THERE, 1.0)]
-    places = Hypotheses.of(found, Pose.identity(), config, search, present=THERE @ off)
+    places = Hypotheses.of(found, Pose.identity(), search, present=THERE @ off)
     left, _ = places.compared(
         HALL.sweep(NOW, stamp=SECOND),
         Pose.planar(0.4, 0.0, 0.1),
@@ -413,7 +424,7 @@ PLACES = (Candidate(Pose.planar(1.0, 2.0, 0.0), 0.97), Candidate(Pose.planar(7.0
 
 
 def test_comparing_begins_again_with_a_search_at_once() -> None:
-    places = Hypotheses.of(PLACES, Pose.identity(), HypothesesConfig(), SearchConfig())
+    places = Hypotheses.of(PLACES, Pose.identity(), SearchConfig())
     state = RelocalizerState(hypotheses=places, cause=SearchCause.REQUESTED).carried_off()
     assert state.hypotheses.places == ()
     assert state.schedule.cause is SearchCause.REQUESTED
