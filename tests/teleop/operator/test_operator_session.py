@@ -124,6 +124,10 @@ async def station(
             _running(terminal, rig.server.url, home, options) as process,
         ):
             operated = Station(terminal, stepper, process)
+            # No time passes on the robot before: it would search for itself.
+            while len(rig.server.protocol.connections) < 2:
+                assert process.poll() is None
+                await asyncio.sleep(0.01)
             await operated.shows("Link: good")
             yield operated, rig
 
