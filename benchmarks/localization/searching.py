@@ -59,7 +59,7 @@ def right(found: Pose, truth: Pose) -> bool:
 class HintTrial:
     """What became of a hint."""
 
-    verdict: Verdict
+    verdict: Verdict | None
     right: bool
     """Whether the best place is the true one."""
     seconds: float

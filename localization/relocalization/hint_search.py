@@ -96,14 +96,14 @@ class SearchState:
 class SearchResult:
     """The result of a search."""
 
-    verdict: Verdict
-    """What the search decided."""
-    reason: str
-    """One sentence for the operator."""
-    hint: Hint | None
-    """The hint that was searched for, if any."""
     candidates: tuple[Candidate, ...]
     """The places found, as of now by odometry, best first."""
+    hint: Hint | None = None
+    """The hint that was searched for; None if the whole map was searched, of whose places driving decides."""
+    verdict: Verdict | None = None
+    """What the search says of the hint."""
+    reason: str = ""
+    """One sentence for the operator."""
     unseen: FloatArray | None = None
     """(6, 6) covariance of what the sweep leaves open within the window; None if it shows the whole pose."""
 
@@ -241,18 +241,19 @@ class HintSearch:
         if candidates is None:
             return SearchState(state.waiting, task, granted, max(now, state.stamp)), None
         moved = task.odom_from_base.inverse() @ odom_from_base
+        if task.window is None:
+            return SearchState(state.waiting), SearchResult(_moved(candidates, moved))
         window, claim = task.window, self._claimed(task)
         if claim is not None and self._as_good(claim, candidates):
-            window, candidates = _claimed_window(task, self.config), (claim,)
-        verdict, reason = self._judged(task, candidates, current, moved)
-        places = tuple(replace(c, map_from_base=c.map_from_base @ moved) for c in candidates)
+            window, candidates = _claimed_window(task, self.config) or window, (claim,)
+        verdict, reason = self._judged(task, window, candidates, current, moved)
         unseen = None
-        if verdict is Verdict.ACCEPTED and window is not None:
+        if verdict is Verdict.ACCEPTED:
             found = candidates[0].map_from_base
             _, match = settled(task.sweep, self._world, found, self._registration)
             unseen = unseen_within(match, window)
-        result = SearchResult(verdict, reason, task.hint, places, unseen=unseen)
-        return SearchState(state.waiting), result
+        places = _moved(candidates, moved)
+        return SearchState(state.waiting), SearchResult(places, task.hint, verdict, reason, unseen)
 
     def _claimed(self, task: SearchTask) -> Candidate | None:
         """Return the very place of a hint that is surer than any search is; None of others.
@@ -286,13 +287,14 @@ class HintSearch:
     def _judged(
         self,
         task: SearchTask,
+        window: Window,
         candidates: tuple[Candidate, ...],
         current: Pose | None,
         moved: Pose,
     ) -> tuple[Verdict, str]:
         c = self.config
         if not self._fits(candidates):
-            return Verdict.REJECTED, _nothing_there(task.window, candidates)
+            return Verdict.REJECTED, _nothing_there(window, candidates)
         best, others = candidates[0], list(candidates[1:])
         if current is not None:
             then = current @ moved.inverse()
@@ -329,12 +331,15 @@ def _together(places: Sequence[Candidate]) -> float:
     return float(np.logaddexp.reduce([place.evidence for place in places]))
 
 
-def _nothing_there(window: Window | None, candidates: Sequence[Candidate]) -> str:
+def _moved(candidates: Sequence[Candidate], moved: Pose) -> tuple[Candidate, ...]:
+    """Return places after the robot has moved."""
+    return tuple(replace(c, map_from_base=c.map_from_base @ moved) for c in candidates)
+
+
+def _nothing_there(window: Window, candidates: Sequence[Candidate]) -> str:
     """Return that no place was found, in words for the operator."""
-    where = "in the whole map"
-    if window is not None:
-        turn = np.rad2deg(window.half_yaw)
-        where = f"within {window.half_width:.1f} m and {turn:.0f} degrees"
+    turn = np.rad2deg(window.half_yaw)
+    where = f"within {window.half_width:.1f} m and {turn:.0f} degrees"
     reached = f"{candidates[0].score:.0%}" if candidates else "nothing"
     return f"no pose {where} fits the sweep (the best explains {reached})"
 

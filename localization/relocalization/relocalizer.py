@@ -336,7 +336,7 @@ class Relocalizer:
     ) -> tuple[RelocalizerState, Placement | None, tuple[HintVerdict, ...]]:
         placement = None
         unsure = not current.placed or current.lost
-        if result.hint is None:
+        if result.hint is None or result.verdict is None:
             return self._proposed(state, result, odom, current, unsure=unsure), None, ()
         if result.verdict is Verdict.ACCEPTED:
             state = _found(state)
