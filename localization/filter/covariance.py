@@ -1,4 +1,4 @@
-"""Regularisation of covariances: symmetric, finite, and no direction with less variance than a floor.
+"""Covariances of poses: made symmetric, finite, with a floor of variance in every direction, and read as one sigma.
 
 A covariance without an inverse claims exact knowledge. Operators, logs and other matchers send such: rows of
 zeros, a sigma of zero, rounding that leaves an eigenvalue of -1e-19.

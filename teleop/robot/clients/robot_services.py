@@ -161,7 +161,7 @@ class RobotServices:
         if rejection is None:
             self._search_requests[client] = now
         message = Relocalize(self._connections.name(client))
-        answer = "searching the whole map; drive on until one place is left"
+        answer = "searching the whole map; drive on if several places fit"
         return self._pass_on("relocalize", message, rejection, answer)
 
     def _search_rejection(self, client: int, now: int) -> str | None:

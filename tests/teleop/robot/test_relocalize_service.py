@@ -48,7 +48,7 @@ async def test_robot_without_a_pose_finds_itself_where_it_stands_and_drives_on(
         good, values = await client.ask(SEARCH)
         assert good
         assert values["success"]
-        assert values["message"] == "searching the whole map; drive on until one place is left"
+        assert values["message"] == "searching the whole map; drive on if several places fit"
         await client.step(150)
         pose = client.last("/amcl_pose")["pose"]["pose"]["position"]
         assert pose["x"] == pytest.approx(SPAWN[0], abs=0.05)
@@ -123,7 +123,7 @@ async def test_operator_has_the_robot_found_with_an_option(in_real_time: InRealT
         options = ("--no-viewer", "--duration", "8", "--find")
         status, out, err = await command("operate", server.url, *options)
     assert status == 0, err
-    assert f"{SEARCH}: searching the whole map; drive on until one place is left" in out + err
+    assert f"{SEARCH}: searching the whole map; drive on if several places fit" in out + err
     assert "drive on to make sure" in out + err
 
 
