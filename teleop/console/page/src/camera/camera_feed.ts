@@ -2,6 +2,7 @@
 
 import { computed, effect, signal, type ReadonlySignal, type Signal } from "@preact/signals";
 import { CameraPictures } from "../link/camera_pictures";
+import { tokenHeaders } from "../link/token_headers";
 import type { Dated } from "../robot/data_age";
 import type { RobotState } from "../robot/robot_state";
 import { remembered, rememberedSwitch, type Keeper } from "../scene/stored_signals";
@@ -145,7 +146,7 @@ export class CameraFeed {
   /** Read a stream to its end; return why it ended. */
   async #read(path: string, closed: AbortSignal): Promise<string> {
     const token = this.#parts.token();
-    const headers: Record<string, string> = token === "" ? {} : { Authorization: `Bearer ${token}` };
+    const headers = tokenHeaders(token);
     try {
       const answer = await this.#parts.fetch(path, { headers, signal: closed, cache: "no-store", credentials: "omit" });
       if (!answer.ok || answer.body === null) {

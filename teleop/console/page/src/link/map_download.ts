@@ -1,5 +1,7 @@
 /** Fetches a map's file over HTTP and keeps it in the browser under its hash. */
 
+import { tokenHeaders } from "./token_headers";
+
 const STORE = "farsteer-maps";
 /** Maps that the browser keeps; a robot changes its map seldom. */
 const MOST_KEPT = 3;
@@ -37,7 +39,7 @@ export async function downloadMap(request: MapRequest, parts: DownloadParts): Pr
     progress(1);
     return kept;
   }
-  const headers: Record<string, string> = token === "" ? {} : { Authorization: `Bearer ${token}` };
+  const headers = tokenHeaders(token);
   const init: RequestInit = { headers, signal, credentials: "omit" };
   let response = await parts.fetch(`${http}/map/${sha256}.ply`, init);
   if (response.status === 404) {

@@ -2,6 +2,7 @@
 
 import type { MapInfo } from "../values";
 import { MapLoader, type LoaderParts } from "./map_loader";
+import { tokenHeaders } from "./token_headers";
 
 /** A file larger than this is none of a building [bytes]. */
 const LARGEST = 32 * 1024 * 1024;
@@ -69,7 +70,7 @@ export class PlaceLoader {
 
   async #bring(info: MapInfo, signal: AbortSignal): Promise<void> {
     const { http, token, state } = this.#parts;
-    const headers: Record<string, string> = token() === "" ? {} : { Authorization: `Bearer ${token()}` };
+    const headers = tokenHeaders(token());
     try {
       const response = await this.#parts.fetch(`${http}/map.glb`, { headers, signal, credentials: "omit" });
       const file = response.ok ? await response.arrayBuffer() : new ArrayBuffer(0);

@@ -3,6 +3,7 @@
 import { signal, type ReadonlySignal } from "@preact/signals";
 import { check, type Field } from "../link/message_checks/field";
 import type { RobotWire } from "../link/robot_wire";
+import { tokenHeaders } from "../link/token_headers";
 import type { RobotState } from "../robot/robot_state";
 import { replayTexts as texts } from "../texts/replay";
 import type { Severity } from "../values";
@@ -114,7 +115,7 @@ export class Runs {
   /** Return the whole of a file, read as it shall be; undefined if that failed, which the events say. */
   async #get<T>(path: string, read: (answer: Response) => Promise<T>): Promise<T | undefined> {
     const { robot, token, fetch, events } = this.#parts;
-    const headers: Record<string, string> = token() === "" ? {} : { Authorization: `Bearer ${token()}` };
+    const headers = tokenHeaders(token());
     try {
       const answer = await fetch(`${robot}${path}`, { headers });
       if (answer.ok) {
