@@ -68,7 +68,7 @@ SHOWN: Final[dict[str, dict[str, tuple[float, float]]]] = {
     "courtyard-ramp": {"tilt": (0.05, 0.35)},
     "door-closed": {"goal_time": (13.0, 60.0)},
     "earth-rovers-29": {"stops": (1, 1), "runaway": (0.35, 0.7)},
-    "from-ros-to-unity": {"hints": (1, 1), "lost": (0.5, 2.0)},
+    "from-ros-to-unity": {"hints": (1, 1), "lost": (0.2, 2.0)},
     "hint-wrong": {"hints": (2, 2)},
     "kidnapped": {"lost": (0.1, 30.0)},
     "link-lost-downwards": {"goal_time": (17.0, 45.0)},
