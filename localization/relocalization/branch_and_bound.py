@@ -194,7 +194,7 @@ def search_map(
     if len(points) < FEWEST_POINTS:
         return ()
     points = points[np.linspace(0, len(points) - 1, min(c.beams, len(points))).astype(int)]
-    # Neighbours fall on the same wall, or off it. Far from each other they show early that a block is none of the best.
+    # Neighbours fall on the same wall, or off it. Far from each other they show early that a block is not one of the best.
     points = points[_apart(len(points))]
     yaws = _yaws(window, config)
     turned = np.stack(
