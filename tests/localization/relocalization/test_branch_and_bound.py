@@ -88,6 +88,20 @@ def test_bound_of_a_block_is_never_less_than_any_of_its_places(hall: PreparedMap
         assert (bound >= best - 1e-12).all()
 
 
+def test_block_is_left_early_only_if_it_is_worse_than_asked_for(hall: PreparedMap) -> None:
+    pyramid = Pyramid(plan_of(hall))
+    points = np.random.default_rng(3).uniform(-3.0, 3.0, (40, 2))
+    offsets, blocks = pyramid.offsets_of(points)[None, :], pyramid.roots()
+    which = np.zeros(len(blocks), dtype=np.int64)
+    whole, laid = pyramid.bounds(blocks, offsets, which, COARSEST)
+    least = float(np.quantile(whole, 0.9))
+    some, fewer = pyramid.bounds(blocks, offsets, which, COARSEST, least)
+    good = whole >= least
+    assert laid == 40 * len(blocks) > fewer
+    assert some[good].tolist() == whole[good].tolist()
+    assert (some[~good] < 0.0).all()
+
+
 def test_places_that_look_alike_are_all_found(square: PreparedMap) -> None:
     sweep = SQUARE.sweep(Pose.planar(1.0, 0.5, 0.3), noise=0.012)
     places, _ = finish(search(sweep, square, Pyramid(plan_of(square)), Pose.identity()))
