@@ -11,7 +11,6 @@ from typing import Any, TypeVar, cast, get_type_hints
 import numpy as np
 
 from localization.errors import LocalizationError
-from localization.filter.dead_reckoning_config import DeadReckoningConfig
 from localization.filter.ekf_config import EkfConfig
 from localization.matching.matchers import FixedCovariance, Matcher
 from localization.matching.registration import RegistrationConfig
@@ -56,7 +55,6 @@ class LocalizerConfig:
     hypotheses: HypothesesConfig = field(default_factory=HypothesesConfig)
     search_schedule: SearchScheduleConfig = field(default_factory=SearchScheduleConfig)
     scan_consistency: ScanConsistencyConfig = field(default_factory=ScanConsistencyConfig)
-    dead_reckoning: DeadReckoningConfig = field(default_factory=DeadReckoningConfig)
     matcher: Matcher = Matcher.PLANE
     """The method that registers sweeps against the cloud."""
     fixed_covariance: FixedCovariance = field(default_factory=FixedCovariance)

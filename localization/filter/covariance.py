@@ -89,13 +89,23 @@ def inverse(matrix: FloatArray, name: str) -> FloatArray:
 
 def at_least(matrix: FloatArray, floor: FloatArray) -> FloatArray:
     """Return a covariance (N, N) with at least the variance of another one, positive definite, in every direction."""
-    root = np.linalg.cholesky(floor)
+    root = _root(floor)
     half = np.linalg.solve(root, 0.5 * (matrix + matrix.T))
     values, vectors = np.linalg.eigh(np.linalg.solve(root, half.T))
     if values[0] >= 1.0:
         return matrix
     spread = root @ vectors
     return np.asarray((spread * np.maximum(values, 1.0)) @ spread.T, dtype=float)
+
+
+def _root(matrix: FloatArray) -> FloatArray:
+    """Return a root R (N, N) of a covariance R R', that has an inverse even where rounding made the covariance indefinite."""
+    try:
+        return np.linalg.cholesky(matrix)
+    except np.linalg.LinAlgError:
+        values, vectors = np.linalg.eigh(matrix)
+        least = np.finfo(float).eps * values[-1]
+        return np.asarray(vectors * np.sqrt(np.maximum(values, least)), dtype=float)
 
 
 def floored(matrix: FloatArray, surest: FloatArray, name: str) -> FloatArray:

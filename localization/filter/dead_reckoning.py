@@ -1,15 +1,9 @@
-"""Dead reckoning: the wheels' displacement along the attitude of an inertial unit, without scanner and map.
+"""Dead reckoning: the localiser's filter without sweeps, for odometry and the inertial unit beside it.
 
-A step of the base is the difference of two poses of its odometry, or what its rims rolled. It counts as a displacement
-in the base's own axes, whatever its stamps are, and is turned into the world by the best attitude at hand: the
-orientation that the unit's own filter reports, its gyro between such reports, and the wheels' own turning where the
-unit is silent. Everything is a frozen value; ``DeadReckoner.take`` returns the next one.
-
-The covariance is that of a linear error state with the constant errors that dominate dead reckoning: of the wheels'
-scale, of the reported attitude, of the gyro's bias and of the wheels' turns (Kelly, "Linearized error propagation in
-odometry", IJRR 23(2), 2004). They are correlated over time, so that their share grows with the distance from the start
-and not with the length of the way. Once the heading is wrong by
-more than a radian, as by wheels alone after a few turns, a covariance says no more than the size of the error.
+What wheels count is a displacement, whatever its stamps are; it turns as the gyro measured, and as the wheels counted
+where the unit is silent. Where the unit's own filter reports orientations, the robot turned between two of them as they
+say. The covariance is the filter's: once the heading is wrong by more than a radian, as by wheels alone after a few
+turns, it says no more than the size of the error.
 """
 
 from __future__ import annotations
@@ -20,295 +14,208 @@ from typing import Final
 
 import numpy as np
 
-from localization.filter.dead_reckoning_config import DeadReckoningConfig
+from localization.filter.covariance import SUREST_ANGLE
+from localization.filter.displacement_prediction import predict_displacement
+from localization.filter.ekf import (
+    GYRO_BIAS,
+    POSITION,
+    ROTATION,
+    STATES,
+    FilterState,
+    corrected,
+    initial_state,
+    with_pose,
+)
 from localization.filter.ekf_config import EkfConfig
 from localization.geometry import (
     FloatArray,
-    hat,
     rotation_from_euler,
     rotation_from_quaternion,
-    so3_exp,
     so3_log,
     wrap_angle,
+    yaw_from_rotation,
 )
-from localization.motion.displacement_step import Displacement
-from localization.motion.odometry_noise import OdometryNoise, step_variance
-from localization.types import SECOND, Inertial, Pose
+from localization.motion.motion_model import MotionModel
+from localization.motion.sensor_configuration import Motion, SensorConfiguration
+from localization.types import SECOND, Inertial, Odometry, Pose
 
-_P: Final = slice(0, 3)
-_TILT: Final = slice(3, 5)
-_F: Final = slice(3, 6)
-_G: Final = 6
-_SCALE: Final = 7
-_BIAS: Final = 8
-_TURN: Final = 9
-"""Error states: position [m], error of the reported or assumed attitude about the world's axes [rad], error of the
-heading since the last report [rad], of the distance's scale, of the gyro's bias [rad/s], of the wheels' turns."""
+_APART: Final = SECOND
+"""Between two reported orientations farther apart than this [ns], gyro and wheels say how the robot turned."""
 _SILENCE: Final = 0.5
-"""A gyro's rate is a mean over at most this time [s]; after a longer pause its turn is not known."""
-_AHEAD: Final = 0.2
-"""The gyro's last rate is carried on for at most this long, to the time of the wheels' reading [s]; later the unit
-counts as silent."""
+"""A rate is a mean over at most this time [s]."""
+_AHEAD: Final = SECOND // 5
+"""A pose that arrived after an inertial reading and is stamped before it, or later by more than this [ns], is of another
+clock."""
 _UNKNOWN_YAW: Final = 0.5
 """A heading with a larger sigma than this is no heading: drivers write 1 rad^2 or more for a unit without compass
 [rad]."""
-_ANY_HEADING: Final = math.pi**2 / 3.0
-"""Variance of a heading of which nothing is known, uniform over the circle [rad^2]."""
-_REST: Final = 1.0
-"""The gyro's mean over this time at rest shows its bias [s]."""
-_REST_STEP: Final = 1e-3
-"""Wheels that roll less than this [m], or turn by less [rad], in that time rest."""
-_RANDOM: Final = OdometryNoise(along=0.02, aside=0.02, heading_share=0.0074, shift=0.02)
-"""Smaller along and across the way than the localiser's, for the constant errors of way and turn are states here."""
-_REST_GATE: Final = 3.0
-"""A rate at rest beyond this many sigmas of the bias is no bias: the robot is being turned."""
+_HEADING: Final = math.radians(5.0)
+"""Error of a reported heading, if the unit does not give it [rad]: that of a compass beside motors."""
+_NO_TURN, _UPRIGHT = np.zeros(3), np.array([0.0, 0.0, 1.0])
+_NO_TURN.flags.writeable = _UPRIGHT.flags.writeable = False
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class DeadReckoner:
     """Pose by dead reckoning with its covariance; a value, of which ``take`` returns the next one."""
 
-    config: DeadReckoningConfig = field(default_factory=DeadReckoningConfig)
-    """Errors of wheels and of reported orientations."""
-    gyro: EkfConfig = field(default_factory=EkfConfig)
-    """Errors of the gyro."""
-    random: OdometryNoise = _RANDOM
-    """Random errors of the wheels, of which those with time and of height and tilt are not used."""
-    flat: bool = False
-    """Whether the ground is level, so that only the heading of a reported orientation counts."""
-    position: FloatArray = field(default_factory=lambda: np.zeros(3))
-    """(3,) position in ``odom`` [m]."""
-    rotation: FloatArray = field(default_factory=lambda: np.eye(3))
-    """(3, 3) attitude in ``odom``: with a reported orientation the frame's x axis has heading zero of the unit."""
-    errors: FloatArray | None = None
-    """(10, 10) covariance of the error state; None before the first reading."""
-    distance: float = 0.0
-    """Length of the way so far [m]."""
-    speed: float = 0.0
-    """Forward speed over the last step [m/s]."""
-    rate: FloatArray = field(default_factory=lambda: np.zeros(3))
-    """(3,) angular velocity that the gyro measured last, without its bias [rad/s]."""
-    oriented: bool = False
-    """Whether an orientation was reported so far."""
-    headed: bool = False
-    """Whether a heading was reported so far."""
-    first_yaw: float = 0.0
-    """Heading in ``odom`` at which the drive began [rad]: the first one that was reported, otherwise 0."""
-    wheel_turned: int = 0
-    """Number of steps whose turn only the wheels measured."""
-    bias: float = 0.0
-    """Estimate of the bias of the gyro's z axis [rad/s]."""
-    inertial_stamp: int | None = None
-    """Stamp of the last inertial reading [ns]."""
-    turned_until: int | None = None
-    """Stamp up to which the attitude contains the robot's turn [ns]."""
+    config: EkfConfig
+    """Noise of odometry and gyro."""
+    motion: MotionModel
+    """Readings that are not used up yet."""
+    filter: FilterState
+    """The pose in a frame in which the robot began with heading zero."""
+    stamp: int | None = None
+    """Time of the last pose of the odometry [ns]."""
+    heard: int | None = None
+    """Time of the last inertial reading [ns]."""
     fresh: bool = False
-    """Whether an inertial reading has come since the last step."""
-    before: FloatArray | None = None
-    """(3, 3) attitude at the end of the last step."""
-    rest: tuple[float, float, float, float, int] = (0.0, 0.0, 0.0, 0.0, 0)
-    """Since the wheels began to rest: time [s], way [m], turn [rad], sum [rad/s] and number of the gyro's rates."""
+    """Whether it came after the last pose."""
+    report: tuple[int, FloatArray] | None = None
+    """Time [ns] and attitude (3, 3) that were reported last."""
+    since: FloatArray = field(default_factory=lambda: _NO_TURN)
+    """(3,) rotation vector by the gyro since then [rad]."""
+    first_yaw: float | None = None
+    """Heading at the beginning by the first one that was reported [rad]; None before."""
+    shortened: FloatArray = field(default_factory=lambda: _NO_TURN)
+    """(3,) way that the error of the heading may have cut off so far, one sigma [m]."""
+    wheel_turned: int = 0
+    """Number of displacements whose turn only the wheels measured."""
 
-    def take(self, reading: Inertial | Displacement) -> DeadReckoner:
-        """Return the state after a reading, in the order in which they were recorded."""
-        begun = self if self.errors is not None else replace(self, errors=self._initial_errors())
-        return begun._turned(reading) if isinstance(reading, Inertial) else begun._moved(reading)
+    @classmethod
+    def begun(cls, config: EkfConfig, *, flat: bool, gyro: bool = True) -> DeadReckoner:
+        """Return the state before the first reading.
+
+        Args:
+            config: noise of odometry and gyro.
+            flat: whether the ground is level.
+            gyro: whether the inertial unit is used.
+        """
+        kind = Motion.ODOMETRY_AND_GYRO if gyro else Motion.ODOMETRY
+        motion = MotionModel(SensorConfiguration(kind, flat), config.effective_track, _APART)
+        tilt = config.level if flat else config.tilt
+        covariance = np.diag([0.0, 0.0, 0.0, tilt**2, tilt**2, 0.0])
+        begun = with_pose(initial_state(config), Pose.identity(), covariance)
+        # The gyro turns about the vertical alone until an orientation is reported, whose turns have no bias.
+        errors = begun.full_covariance.copy()
+        errors[GYRO_BIAS.start, GYRO_BIAS.start] = errors[7, 7] = 0.0
+        return cls(config, motion, replace(begun, full_covariance=errors))
 
     @property
     def pose(self) -> Pose:
-        """``odom_from_base``."""
-        return Pose.from_rotation(self.position, self.rotation)
+        """The pose in a frame in which the robot began with heading zero."""
+        return self.filter.pose
 
     @property
     def covariance(self) -> FloatArray:
-        """Covariance (6, 6) of the position in ``odom`` [m] and the rotation in ``base_link`` [rad]."""
-        errors = self._errors
-        pick = np.zeros((6, 10))
-        pick[:3, _P] = np.eye(3)
-        pick[3:, _F] = self.rotation.T
-        pick[3:, _G] = self.rotation.T[:, 2]
-        covariance: FloatArray = pick @ errors @ pick.T
+        """Covariance (6, 6) of the position [m] and of the rotation in ``base_link`` [rad]."""
+        covariance = self.filter.covariance
+        covariance[POSITION, POSITION] += np.outer(self.shortened, self.shortened)
         return covariance
 
     @property
     def bias_sigma(self) -> float:
-        """Error of the gyro's bias, one sigma [rad/s]."""
-        return math.sqrt(self._errors[_BIAS, _BIAS])
+        """Error of the gyro's bias about the vertical, one sigma [rad/s]."""
+        return math.sqrt(self.filter.bias_variance[2])
 
-    @property
-    def _errors(self) -> FloatArray:
-        return self._initial_errors() if self.errors is None else self.errors
+    def take(self, reading: Inertial | Odometry) -> DeadReckoner:
+        """Return the state after a reading, in the order in which they were recorded."""
+        return self._turned(reading) if isinstance(reading, Inertial) else self._moved(reading)
 
-    def _initial_errors(self) -> FloatArray:
-        c = self.config
-        sigma = np.zeros(10)
-        sigma[_TILT] = 1e-4 if self.flat else c.ground_sigma
-        sigma[[_SCALE, _BIAS, _TURN]] = c.distance_scale, self.gyro.gyro_bias, c.wheel_turn_scale
-        return np.diag(np.square(sigma))
+    def _moved(self, reading: Odometry) -> DeadReckoner:
+        """Return the state after a pose of the odometry."""
+        stamp = self._placed(reading.stamp)
+        motion, increment = self.motion.take(replace(reading, stamp=stamp), (0.0, 0.0))
+        begun = replace(self, motion=motion, stamp=stamp, fresh=False)
+        if self.stamp is None or increment is None or increment.step is None:
+            return begun
+        # What wheels count while they slip would be taken for a bias, and no map would contradict it.
+        gyro = None if increment.gyro is None else replace(increment.gyro, witness=None)
+        seconds = max(0.0, (stamp - self.stamp) / SECOND)
+        moved, _ = predict_displacement(
+            self.filter, self.config, increment.step, seconds, gyro, watched=False
+        )
+        # A heading that is wrong by e shortens the way along it by e^2 / 2, which no linear error holds: root of the mean square.
+        cut = min(math.sqrt(0.75) * float(moved.full_covariance[5, 5]), 1.0)
+        shortened = self.shortened + cut * (moved.pose.position - self.pose.position)
+        by_wheels = self.wheel_turned + (gyro is None)
+        return replace(begun, filter=moved, shortened=shortened, wheel_turned=by_wheels)
 
-    # Turning
+    def _placed(self, stamp: int) -> int:
+        """Return the stamp of a pose [ns] beside those of the gyro, in the order of arrival."""
+        if self.heard is None or not self.fresh or 0 <= stamp - self.heard < _AHEAD:
+            return stamp
+        return self.heard
 
     def _turned(self, reading: Inertial) -> DeadReckoner:
-        """Return the state with the attitude after an inertial reading."""
-        until = self.turned_until
-        passed = 0.0 if until is None else (reading.stamp - until) / SECOND
-        state = replace(
-            self,
-            rate=reading.angular_velocity - (0.0, 0.0, self.bias),
-            inertial_stamp=reading.stamp,
-            turned_until=reading.stamp,
-            fresh=True,
+        """Return the state after an inertial reading, whose rate is that of the orientations where they are reported."""
+        attitude, flat = self._attitude(reading), self.motion.sensors.flat
+        seconds = 0.0 if self.heard is None else (reading.stamp - self.heard) / SECOND
+        rate = reading.angular_velocity
+        if flat or (self.report is None and attitude is None):
+            # Nothing shows a tilt, or there is none, and the gyro's other axes would only make one up.
+            rate = rate * _UPRIGHT
+        state = replace(self, since=self.since + rate * seconds)
+        if attitude is not None:
+            if self.report is None:
+                state = self._begun_at(reading, attitude)
+            elif reading.stamp - self.report[0] <= _APART and 0.0 < seconds <= _SILENCE:
+                rate = (so3_log(self.report[1].T @ attitude) - self.since) / seconds
+            else:
+                state = self._headed(reading, attitude)
+            state = replace(state, report=(reading.stamp, attitude), since=_NO_TURN)
+        orientation = None if flat else reading.orientation
+        taken = replace(reading, angular_velocity=rate, orientation=orientation)
+        motion, _ = self.motion.take(taken, (0.0, 0.0))
+        return replace(state, motion=motion, heard=reading.stamp, fresh=True)
+
+    def _attitude(self, reading: Inertial) -> FloatArray | None:
+        """Return the attitude (3, 3) that a reading reports; drivers without one leave it out, or repeat it."""
+        if reading.orientation is None:
+            return None
+        attitude = rotation_from_quaternion(reading.orientation)
+        if self.motion.sensors.flat:
+            attitude = rotation_from_euler(0.0, 0.0, yaw_from_rotation(attitude))
+        repeated = self.report is not None and np.array_equal(attitude, self.report[1])
+        return None if repeated else attitude
+
+    def _yaw_at(self, reading: Inertial) -> float:
+        """Return the heading at an inertial reading [rad], a moment after the last pose."""
+        since = 0 if self.stamp is None else reading.stamp - self.stamp
+        seconds = since / SECOND if 0 < since < _AHEAD else 0.0
+        return self.pose.yaw + float(reading.angular_velocity[2]) * seconds
+
+    def _begun_at(self, reading: Inertial, attitude: FloatArray) -> DeadReckoner:
+        """Return the state with the tilt that is reported for the first time, and the heading at the beginning."""
+        yaw = yaw_from_rotation(attitude)
+        tilt = rotation_from_euler(0.0, 0.0, self.pose.yaw - yaw) @ attitude
+        pose, known = (
+            Pose.from_rotation(self.pose.position, tilt),
+            _heading_sigma(reading) is not None,
         )
-        if 0.0 < passed < _SILENCE:
-            state = state._integrated(passed)
-        if reading.orientation is not None:
-            state = state._reported(reading.orientation, reading.orientation_sigma)
-        rest_time, way, turn, total, count = state.rest
-        total += float(reading.angular_velocity[2])
-        rested = (rest_time + min(max(passed, 0.0), _SILENCE), way, turn, total, count + 1)
-        state = replace(state, rest=rested)
-        return state._bias_learned() if rested[0] >= _REST else state
+        found = with_pose(self.filter, pose, self.filter.covariance)
+        # Turns between reported orientations have no bias.
+        errors = found.full_covariance.copy()
+        errors[GYRO_BIAS] = errors[:, GYRO_BIAS] = 0.0
+        found = replace(found, full_covariance=errors, gyro_bias=_NO_TURN)
+        return replace(self, filter=found, first_yaw=yaw - self._yaw_at(reading) if known else None)
 
-    def _integrated(self, seconds: float) -> DeadReckoner:
-        """Return the state turned by the gyro's rate for a time [s]."""
-        c, errors = self.config, self._errors.copy()
-        errors[_G] += seconds * errors[_BIAS]
-        errors[:, _G] += seconds * errors[:, _BIAS]
-        errors[_G, _G] += self.gyro.gyro_noise**2 * seconds
-        errors[_BIAS, _BIAS] += self.gyro.gyro_bias_walk**2 * seconds
-        if self.headed:
-            errors[5, 5] += c.heading_drift**2 * seconds
-        return replace(self, rotation=self._carried(seconds), errors=errors)
-
-    def _carried(self, seconds: float) -> FloatArray:
-        """Return the attitude (3, 3) after a time [s] at the gyro's last rate: its yaw alone where tilt is unknown."""
-        rate = self.rate if self.oriented and not self.flat else self.rate * (0.0, 0.0, 1.0)
-        turned: FloatArray = self.rotation @ so3_exp(rate * seconds)
-        return turned
-
-    def _reported(self, quaternion: FloatArray, sigma: FloatArray | None) -> DeadReckoner:
-        """Return the state with the attitude that the unit reports; the first one turns what was driven before."""
-        c, errors = self.config, self._errors.copy()
-        reported = rotation_from_quaternion(quaternion / np.linalg.norm(quaternion))
-        given = np.array([c.tilt_sigma, c.tilt_sigma, c.heading_sigma]) if sigma is None else sigma
-        heading = bool(given[2] < _UNKNOWN_YAW)
-        own, yaw = (math.atan2(r[1, 0], r[0, 0]) for r in (self.rotation, reported))
-        if not heading:
-            # Its roll and pitch are as good as any; only the heading stays that of gyro or wheels.
-            reported = rotation_from_euler(0.0, 0.0, own - yaw) @ reported
-        if self.flat:
-            reported = rotation_from_euler(0.0, 0.0, yaw if heading else own)
-        state = self
-        if not self.oriented and not self.flat:
-            errors[_TILT] = errors[:, _TILT] = 0.0
-            errors[_TILT, _TILT] = np.diag(np.square(given[:2]))
-        if heading:
-            if not self.headed:
-                late = wrap_angle(yaw - own)
-                turn = rotation_from_euler(0.0, 0.0, late)
-                state = replace(
-                    state,
-                    position=turn @ self.position,
-                    first_yaw=wrap_angle(self.first_yaw + late),
-                )
-                errors[5] = errors[:, 5] = 0.0
-                errors[5, 5] = given[2] ** 2
-            errors[_G] = errors[:, _G] = 0.0
+    def _headed(self, reading: Inertial, attitude: FloatArray) -> DeadReckoner:
+        """Return the state with its heading corrected by the reported one, after a time in which none was reported."""
+        sigma = _heading_sigma(reading)
+        if sigma is None or self.first_yaw is None:
+            return self
+        off = wrap_angle(yaw_from_rotation(attitude) - self.first_yaw - self._yaw_at(reading))
+        h = np.zeros((1, STATES))
+        h[0, ROTATION] = self.pose.rotation[2]
         return replace(
-            state,
-            rotation=reported,
-            before=reported if not self.headed and heading else state.before,
-            errors=errors,
-            oriented=True,
-            headed=self.headed or heading,
+            self, filter=corrected(self.filter, np.array([off]), h, np.eye(1) * sigma**2)
         )
 
-    def _bias_learned(self) -> DeadReckoner:
-        """Return the state after a second in which the wheels rested; the gyro's mean then shows its bias."""
-        begun = replace(self, rest=(0.0, 0.0, 0.0, 0.0, 0))
-        _, way, turn, total, count = self.rest
-        if way > _REST_STEP or turn > _REST_STEP or not count:
-            return begun
-        errors, c = self._errors, self.config
-        surprise = total / count - self.bias
-        variance = float(errors[_BIAS, _BIAS]) + c.rest_noise**2
-        if surprise**2 > _REST_GATE**2 * variance:
-            return begun
-        gain = errors[:, _BIAS] / variance
-        change = gain * surprise
-        # A bias was added to every heading since: what it added is taken back, with the position that followed from it.
-        return replace(
-            begun,
-            errors=errors - np.outer(gain, errors[_BIAS]),
-            bias=self.bias + float(change[_BIAS]),
-            position=self.position - change[_P],
-            rotation=rotation_from_euler(0.0, 0.0, -float(change[_G])) @ self.rotation,
-        )
 
-    # Moving
-
-    def _moved(self, step: Displacement) -> DeadReckoner:
-        """Return the state after a step of the wheels."""
-        c, errors = self.config, self._errors.copy()
-        begin = self.rotation if self.before is None else self.before
-        end, by_wheels = self._attitude_at(step)
-        relative = so3_log(begin.T @ end)
-        middle = begin @ so3_exp(0.5 * relative)
-        # The chord of an arc is shorter than the arc by this factor.
-        half = 0.5 * float(np.linalg.norm(relative))
-        shorter = math.sin(half) / half if half > 1e-6 else 1.0
-        along = np.array([step.forward, step.left, 0.0])
-        moved: FloatArray = shorter * (middle @ along)
-        way = float(np.hypot(step.forward, step.left))
-        turned = Pose.planar(step.forward, step.left, float(relative[2]))
-        added = step_variance(turned, 0.0, self.random)
-        if by_wheels:
-            errors[_G] += step.turn * errors[_TURN]
-            errors[:, _G] += step.turn * errors[:, _TURN]
-            errors[_G, _G] += added.heading
-            if max(errors[_G, _G], self._errors[_G, _G]) >= _ANY_HEADING:
-                # Nothing more can be unknown of a heading, and turning back makes none known again.
-                errors = _rescaled(errors, _G, _ANY_HEADING)
-            # A heading that is wrong by e shortens the way along it by e^2 / 2, which no linear state holds.
-            shortened = min(0.75 * errors[_G, _G] ** 2, 1.0)
-            errors[_SCALE, _SCALE] = max(errors[_SCALE, _SCALE], c.distance_scale**2 + shortened)
-        transition = np.eye(10)
-        transition[_P, _F] = -hat(moved)
-        transition[_P, _G] = -hat(moved)[:, 2]
-        transition[_P, _SCALE] = moved
-        errors = transition @ errors @ transition.T
-        errors[_P, _P] += (middle * (added.along, added.aside, 0.0)) @ middle.T
-        rest = self.rest
-        return replace(
-            self,
-            position=self.position + moved,
-            rotation=end if by_wheels else self.rotation,
-            # The gyro shall not add the turn that the wheels have made.
-            turned_until=step.stamp if by_wheels else self.turned_until,
-            before=end,
-            errors=errors,
-            distance=self.distance + way,
-            speed=step.forward / step.seconds if step.seconds > 0.0 else self.speed,
-            wheel_turned=self.wheel_turned + int(by_wheels),
-            fresh=False,
-            rest=(rest[0], rest[1] + way, rest[2] + abs(step.turn), rest[3], rest[4]),
-        )
-
-    def _attitude_at(self, step: Displacement) -> tuple[FloatArray, bool]:
-        """Return the attitude (3, 3) at the end of a step, and whether only the wheels measured its turn."""
-        stamp = self.inertial_stamp
-        since = math.inf if stamp is None else (step.stamp - stamp) / SECOND
-        if stamp is not None and (self.fresh or abs(since) < _AHEAD):
-            # A unit that is fresh and far away by its stamps has another clock.
-            return self._carried(max(since, 0.0) if since < _AHEAD else 0.0), False
-        begin = self.rotation if self.before is None else self.before
-        turned: FloatArray = begin @ rotation_from_euler(0.0, 0.0, step.turn)
-        return turned, True
-
-
-def _rescaled(errors: FloatArray, state: int, variance: float) -> FloatArray:
-    """Return a covariance with another variance of one state, its correlations unchanged."""
-    scale = np.ones(len(errors))
-    scale[state] = math.sqrt(variance / errors[state, state])
-    rescaled: FloatArray = errors * np.outer(scale, scale)
-    return rescaled
+def _heading_sigma(reading: Inertial) -> float | None:
+    """Return the error of the heading that a reading reports, one sigma [rad]; None if it does not know it."""
+    if reading.orientation_sigma is None:
+        return _HEADING
+    sigma = float(reading.orientation_sigma[2])
+    return max(sigma, SUREST_ANGLE) if sigma < _UNKNOWN_YAW else None

@@ -45,6 +45,8 @@ def predict_displacement(
     step: Pose,
     seconds: float,
     gyro: GyroStep | None = None,
+    *,
+    watched: bool = True,
 ) -> tuple[FilterState, Pose]:
     """Return the state after a displacement, and the motion.
 
@@ -56,6 +58,7 @@ def predict_displacement(
         step: planar motion ``base_then_from_base_now`` as measured by the wheels.
         seconds: duration by the stamps [s].
         gyro: what the inertial unit measured meanwhile; None where there is none, or it was silent.
+        watched: whether sweeps show how the robot turns, from which the yaw ratio is learned.
 
     Raises:
         InvalidReadingError: if displacement, turn or duration is not finite.
@@ -64,12 +67,12 @@ def predict_displacement(
     if not math.isfinite(float(step.position.sum()) + seconds + turn):
         raise InvalidReadingError("displacement, turn and duration must be finite")
     if gyro is None:
-        return _by_wheels(state, config, step, seconds)
+        return _by_wheels(state, config, step, seconds, watched=watched)
     return _by_gyro(learned_from_gyro(state, config, gyro), config, step, seconds, gyro)
 
 
 def _by_wheels(
-    state: FilterState, config: EkfConfig, step: Pose, seconds: float
+    state: FilterState, config: EkfConfig, step: Pose, seconds: float, *, watched: bool
 ) -> tuple[FilterState, Pose]:
     """Return the state after a displacement whose turn only the wheels measured, and the motion.
 
@@ -90,7 +93,7 @@ def _by_wheels(
     f[ROTATION, ROTATION] = motion.rotation.T
     f[POSITION, ROTATION] = -rotation @ hat(motion.position)
     x, y = motion.position[:2].tolist()
-    known = share_of_turn(added.heading, turn)
+    known = share_of_turn(added.heading, turn) if watched else 1.0
     f[POSITION, YAW_RATIO] = 0.5 * known * turn * (x * rotation[:, 1] - y * rotation[:, 0])
     f[5, YAW_RATIO] = known * turn
     noise = _noise(rotation, added)

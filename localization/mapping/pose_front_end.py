@@ -7,6 +7,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from localization.filter.dead_reckoning import DeadReckoner
+from localization.filter.ekf_config import EkfConfig
 from localization.geometry import wrap_angle
 from localization.mapping.base_poses import BasePoses
 from localization.mapping.flat_sweep import FlatSweep
@@ -15,7 +16,6 @@ from localization.mapping.odometry_front_end import OdometrySweep
 from localization.mapping.scan_tracker import ScanTracker, TrackerConfig
 from localization.motion.deskew import deskew
 from localization.motion.displacement import planar_step
-from localization.motion.displacement_step import pose_step
 from localization.motion.odometry_noise import OdometryNoise, planar_covariance
 from localization.types import (
     SECOND,
@@ -68,8 +68,7 @@ class PoseOdometer:
         self._tracker = ScanTracker(config.tracker)
         self._pending: dict[str, Scan | PointScan] = {}
         self._last: tuple[int, Pose] | None = None
-        self._reckoner = DeadReckoner(flat=True)
-        self._counted: Odometry | None = None
+        self._reckoner = DeadReckoner.begun(EkfConfig(), flat=True)
         self._gyro = GyroHeading()
         self._by_wheels = 0
         self.refused = 0
@@ -106,10 +105,7 @@ class PoseOdometer:
 
     def _turned(self, reading: Odometry) -> Odometry:
         """Return the pose that the base would have, had it turned as the gyro measured."""
-        before, self._counted = self._counted, reading
-        step = None if before is None else pose_step(before, reading)
-        if step is not None:
-            self._reckoner = self._reckoner.take(step)
+        self._reckoner = self._reckoner.take(reading)
         return Odometry(reading.stamp, self._reckoner.pose)
 
     def _step(self, reading: Odometry) -> OdometrySweep | None:

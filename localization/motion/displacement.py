@@ -10,10 +10,12 @@ import math
 
 import numpy as np
 
-from localization.types import Odometry, Pose, WheelSpeeds
+from localization.types import SECOND, Odometry, Pose, WheelSpeeds
 
 _LONGEST_STEP = 20.0
 """Odometry that moves on by more than this at once began to count anew [m]: the difference is no motion."""
+_LONGEST_ROLL = SECOND
+"""Speeds are means over at most this long [ns]; after a longer pause nothing is known of it."""
 
 
 def planar_step(before: Pose, now: Pose) -> Pose:
@@ -71,3 +73,28 @@ def rolled_arc(reading: WheelSpeeds, seconds: float, track: float) -> tuple[floa
     """
     distance = 0.5 * (reading.left + reading.right) * seconds
     return distance, (reading.right - reading.left) / track * seconds
+
+
+def speed_step(
+    before: Odometry | WheelSpeeds, after: Odometry | WheelSpeeds, track: float
+) -> Pose | None:
+    """Return the motion between two readings of speeds; None after a pause, or without stamps.
+
+    Args:
+        before: rim speeds, or an odometry that reports velocities alone.
+        after: of the same kind.
+        track: effective track of rim speeds [m].
+    """
+    passed = after.stamp - before.stamp
+    if not 0 < passed <= _LONGEST_ROLL:
+        return None
+    seconds = passed / SECOND
+    if isinstance(after, WheelSpeeds):
+        return arc_step(*rolled_arc(after, seconds, track))
+    # The mean of both ends; an end without a twist is at rest.
+    ends = (before, after)
+    twists = [one.twist for one in ends if isinstance(one, Odometry) and one.twist is not None]
+    forward = 0.5 * seconds * sum(float(twist.linear[0]) for twist in twists)
+    left = 0.5 * seconds * sum(float(twist.linear[1]) for twist in twists)
+    turn = 0.5 * seconds * sum(float(twist.angular[2]) for twist in twists)
+    return with_turn(Pose.planar(forward, left, 0.0), turn)

@@ -7,18 +7,14 @@ from itertools import islice
 from typing import Final
 
 import numpy as np
+from scipy.linalg import block_diag
 
 from localization.config import LocalizerConfig
 from localization.filter.dead_reckoning import DeadReckoner
 from localization.logs.continuity import LogContinuity
 from localization.logs.log_interface import LogError, ReadingsLog
 from localization.maps.cloud import Cloud
-from localization.motion.displacement_step import (
-    Displacement,
-    pose_step,
-    twist_step,
-    wheel_step,
-)
+from localization.motion.displacement import odometry_step, speed_step
 from localization.motion.sensor_configuration import Motion, SensorConfiguration
 from localization.types import (
     Estimate,
@@ -29,9 +25,7 @@ from localization.types import (
     Odometry,
     PointScan,
     Pose,
-    Reading,
     Scan,
-    Twist,
     WheelSpeeds,
 )
 
@@ -53,7 +47,7 @@ class DeadReckoningRun:
     cloud: Cloud | None
     """The map that the path is drawn in; None without one."""
     config: LocalizerConfig
-    """Its settings; only ``dead_reckoning``, the gyro's noise and the wheels' effective track are used."""
+    """Its settings; only those of the filter are used."""
     mounts: dict[str, Pose]
     """Always empty: no scanner is used."""
     verdicts: list[HintVerdict]
@@ -90,9 +84,10 @@ class DeadReckoningRun:
             sensors is None or sensors.motion not in (Motion.WHEELS, Motion.ODOMETRY)
         )
         self._continuity = LogContinuity(log)
-        self._reckoner = DeadReckoner(
-            config.dead_reckoning, config.ekf, flat=sensors is not None and sensors.flat
-        )
+        flat = sensors is not None and sensors.flat
+        self._reckoner = DeadReckoner.begun(config.ekf, flat=flat, gyro=self._inertial)
+        self._before: Odometry | WheelSpeeds | None = None
+        self._counted = Pose.identity()
         self._scans = self._hints = self._resets = self._steps = 0
 
     @property
@@ -107,24 +102,38 @@ class DeadReckoningRun:
         wheels = "rim speeds" if self._wheels is WheelSpeeds else f"{wheels} of the odometry"
         if not self._inertial:
             return f"{wheels}, turned by the wheels"
-        if not self._reckoner.oriented:
+        if self._reckoner.report is None:
             return f"{wheels}, turned by the gyro"
-        heading = "orientation" if self._reckoner.headed else "roll and pitch"
+        heading = "roll and pitch" if self._reckoner.first_yaw is None else "orientation"
         return f"{wheels}, turned by gyro and the {heading} that the inertial unit reports"
 
     def __iter__(self) -> Iterator[Estimate]:
         """Yield an estimate at each step of the wheels that advances time."""
         stamp = -1
-        for reading, step in self._read():
+        for reading in self.log:
             self._continuity.observe(reading)
+            self._scans += isinstance(reading, Scan | PointScan)
+            self._hints += isinstance(reading, Hint)
             if isinstance(reading, Inertial) and self._inertial:
                 self._reckoner = self._reckoner.take(reading)
-            if step is not None:
-                self._steps += 1
-                self._reckoner = self._reckoner.take(step)
-            if isinstance(reading, self._wheels) and reading.stamp > stamp:
+            if not isinstance(reading, self._wheels):
+                continue
+            self._reckoner = self._reckoner.take(self._odometry(reading))
+            if reading.stamp > stamp:
                 stamp = reading.stamp
                 yield self._estimate(stamp)
+
+    def _odometry(self, reading: Odometry | WheelSpeeds) -> Odometry:
+        """Return the pose that the wheels counted, summed up where they report speeds alone."""
+        before, self._before = self._before, reading
+        self._steps += before is not None
+        if isinstance(reading, Odometry) and not self._by_twist:
+            self._resets += isinstance(before, Odometry) and odometry_step(before, reading) is None
+            return reading
+        if before is not None:
+            step = speed_step(before, reading, self.config.ekf.effective_track)
+            self._counted = self._counted if step is None else self._counted @ step
+        return Odometry(reading.stamp, self._counted)
 
     @property
     def notes(self) -> tuple[str, ...]:
@@ -154,54 +163,21 @@ class DeadReckoningRun:
             )
         return tuple(notes)
 
-    def _read(self) -> Iterator[tuple[Reading, Displacement | None]]:
-        """Yield each reading, with the step of the wheels that it ends."""
-        before: Odometry | WheelSpeeds | None = None
-        track = self.config.ekf.effective_track
-        for reading in self.log:
-            step = None
-            if isinstance(reading, Scan | PointScan):
-                self._scans += 1
-            elif isinstance(reading, Hint):
-                self._hints += 1
-            elif isinstance(reading, self._wheels):
-                match before, reading:
-                    case Odometry(), Odometry():
-                        step = (twist_step if self._by_twist else pose_step)(before, reading)
-                        self._resets += step is None
-                    case WheelSpeeds(), WheelSpeeds():
-                        step = wheel_step(before, reading, track)
-                before = reading
-            yield reading, step
-
     def _estimate(self, stamp: int) -> Estimate:
-        state = self._reckoner
-        odom = state.pose
+        state, start = self._reckoner, self._start
+        odom_from_start = Pose.planar(0.0, 0.0, state.first_yaw or 0.0)
+        odom = odom_from_start @ state.pose
+        map_from_start = odom_from_start if start is None else start
+        turn = block_diag(map_from_start.rotation, np.eye(3))
         return Estimate(
             stamp=stamp,
-            map_from_base=self._in_map(odom),
+            map_from_base=odom if start is None else start @ state.pose,
             odom_from_base=odom,
-            covariance=self._covariance_in_map(state.covariance),
-            twist=Twist(np.array([state.speed, 0.0, 0.0]), state.rate),
+            covariance=turn @ state.covariance @ turn.T,
+            twist=state.filter.twist,
             health=Health.DEGRADED,
             reasons=(f"dead-reckoned: {self.why}",),
         )
-
-    @property
-    def _map_from_odom(self) -> Pose:
-        if self._start is None:
-            return Pose.identity()
-        return self._start @ Pose.planar(0.0, 0.0, self._reckoner.first_yaw).inverse()
-
-    def _in_map(self, odom: Pose) -> Pose:
-        return odom if self._start is None else self._map_from_odom @ odom
-
-    def _covariance_in_map(
-        self, covariance: np.typing.NDArray[np.float64]
-    ) -> np.typing.NDArray[np.float64]:
-        turn = np.eye(6)
-        turn[:3, :3] = self._map_from_odom.rotation
-        return np.asarray(turn @ covariance @ turn.T)
 
 
 def _first_look(log: ReadingsLog) -> tuple[set[type], bool]:

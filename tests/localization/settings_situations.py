@@ -9,11 +9,9 @@ from functools import cache
 import numpy as np
 
 from localization.config import LocalizerConfig
-from localization.filter.dead_reckoning import DeadReckoner
 from localization.maps.cloud_from_grid import cloud_from_grid
 from localization.maps.prepared_map import PreparedMap, prepare
 from localization.matching.matchers import Matcher
-from localization.motion.displacement_step import pose_step
 from localization.motion.sensor_configuration import Motion, SensorConfiguration
 from localization.pipeline.localizer import Localizer
 from localization.types import (
@@ -247,22 +245,6 @@ def shaken_stamps(config: LocalizerConfig) -> Answers:
     return answers(grid(), config, due, scanners=(SCANNER,))
 
 
-def reckoned(config: LocalizerConfig, *, oriented: bool = True) -> Answers:
-    """Dead reckoning: wheels and a unit that reports its orientation, or none and then silence."""
-    reckoner, going = DeadReckoner(config.dead_reckoning, config.ekf), corridor_drive()
-    before = Odometry(BEGIN, Pose.identity())
-    for stamp in range(BEGIN + SECOND // 10, going.end, SECOND // 10):
-        pose = going.pose(BEGIN).inverse() @ going.pose(stamp)
-        if oriented or stamp < BEGIN + 4 * SECOND:
-            turn = np.array([0.0, 0.0, 10.0 * (before.odom_from_base.inverse() @ pose).yaw])
-            tilt = pose.quaternion_wxyz if oriented else None
-            reckoner = reckoner.take(Inertial(stamp, turn, np.array([0.1, 0.0, 9.8]), tilt, None))
-        now = Odometry(stamp, pose)
-        step = pose_step(before, now)
-        reckoner, before = (reckoner if step is None else reckoner.take(step)), now
-        yield reckoner.pose.position.tobytes(), reckoner.covariance.tobytes()
-
-
 DEFAULT = LocalizerConfig()
 ODOMETRY = LocalizerConfig.of(SensorConfiguration(Motion.ODOMETRY, flat=True))
 WITH_GYRO = LocalizerConfig.of(SensorConfiguration(Motion.ODOMETRY_AND_GYRO, flat=True))
@@ -281,7 +263,5 @@ SITUATIONS = {
     "carried": Situation(DEFAULT, carried),
     "shaken stamps": Situation(ODOMETRY, shaken_stamps),
     "ambiguous": Situation(DEFAULT, ambiguous),
-    "reckoned": Situation(DEFAULT, reckoned),
-    "reckoned without orientation": Situation(DEFAULT, lambda c: reckoned(c, oriented=False)),
     "kiss": Situation(replace(DEFAULT, matcher=Matcher.KISS), tracked),
 }

@@ -31,11 +31,6 @@ SITUATION_OF = {
     "placement_sigma": "tracked",
     "map_share": "odometry",
     "min_inlier_ratio": "odometry",
-    "dead_reckoning": "reckoned without orientation",
-    "dead_reckoning.distance_scale": "reckoned",
-    "dead_reckoning.heading_drift": "reckoned",
-    "dead_reckoning.heading_sigma": "reckoned",
-    "dead_reckoning.tilt_sigma": "reckoned",
     "ekf": "tracked",
     "ekf.level": "flat",
     "ekf.slip_forward": "slipping",
@@ -76,7 +71,6 @@ SITUATION_OF = {
 RARE: frozenset[str] = frozenset(
     {
         "belief.carried",
-        "dead_reckoning.rest_noise",
         "extrinsics_monitor.min_offset",
         "extrinsics_monitor.remembered",
         "extrinsics_monitor.sigmas",

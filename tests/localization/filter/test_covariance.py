@@ -10,6 +10,7 @@ from localization.filter.covariance import (
     SUREST_ANGLE,
     SUREST_POSITION,
     CovarianceError,
+    at_least,
     inverse,
     planar_covariance,
     pose_covariance,
@@ -152,3 +153,12 @@ def test_error_of_a_map_is_added_about_its_vertical() -> None:
     in_map = rotation @ added[3:, 3:] @ rotation.T
     assert in_map == pytest.approx(np.diag([0.0, 0.0, 1e-4]), abs=1e-12)
     assert not added[:3, 3:].any()
+
+
+def test_floor_that_rounding_made_indefinite_is_a_floor_all_the_same() -> None:
+    """A sweep that shows nothing along a wall leaves an error of kilometres there, and micrometres elsewhere."""
+    floor = of_rank(2, seed=3) * 1e9 + np.diag(FLOOR**2)
+    assert np.linalg.eigvalsh(floor)[0] < 0.0
+    raised = at_least(1e-4 * np.eye(6), floor)
+    assert np.linalg.eigvalsh(raised)[0] > 0.0
+    assert raised.trace() > 0.99 * floor.trace()

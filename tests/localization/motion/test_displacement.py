@@ -1,7 +1,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import astuple
+from dataclasses import astuple, replace
 
 import numpy as np
 import pytest
@@ -13,6 +13,7 @@ from localization.motion.displacement import (
     arc_step,
     odometry_step,
     planar_step,
+    speed_step,
     with_turn,
 )
 from localization.motion.odometry_noise import (
@@ -21,7 +22,7 @@ from localization.motion.odometry_noise import (
     planar_covariance,
     step_variance,
 )
-from localization.types import SECOND, Odometry, Pose
+from localization.types import SECOND, Odometry, Pose, Twist, WheelSpeeds
 from tests.support import floats, poses
 from tests.support_rooms import apart
 
@@ -139,6 +140,27 @@ def test_arcs_ahead_and_to_the_left_lead_back_to_the_motion(step: Pose) -> None:
 def test_base_that_counts_anew_gives_no_step() -> None:
     far = Odometry(SECOND, Pose.planar(50.0, 0.0, 0.0))
     assert odometry_step(far, Odometry(2 * SECOND, Pose.identity())) is None
+
+
+def test_rim_speeds_are_steps_but_over_a_pause() -> None:
+    before, after = WheelSpeeds(0, 0.0, 0.0), WheelSpeeds(SECOND // 20, 0.4, 0.6)
+    step = speed_step(before, after, 0.5)
+    assert step is not None
+    assert (arc_length(step), step.yaw) == pytest.approx((0.025, 0.02))
+    assert speed_step(before, replace(after, stamp=2 * SECOND), 0.5) is None
+    assert speed_step(before, replace(after, stamp=0), 0.5) is None
+
+
+def test_velocities_at_both_ends_are_averaged_and_none_is_rest() -> None:
+    moving = Odometry(
+        SECOND // 10, Pose.identity(), Twist(np.array([1.0, 0.2, 0.0]), np.array([0.0, 0.0, 0.4]))
+    )
+    for before, share in ((replace(moving, stamp=0), 1.0), (Odometry(0, Pose.identity()), 0.5)):
+        step = speed_step(before, moving, 0.5)
+        assert step is not None
+        assert (*arc_of(step), step.yaw) == pytest.approx(
+            (0.1 * share, 0.02 * share, 0.04 * share), rel=1e-3
+        )
 
 
 def test_covariance_of_a_displacement_holds_the_ratio_of_its_turns() -> None:

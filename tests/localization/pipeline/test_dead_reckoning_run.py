@@ -187,7 +187,7 @@ def test_map_and_calibration_need_a_scanner(
 
 def test_settings_reach_dead_reckoning(bag: Path, done: Localized) -> None:
     plain = done.estimates[-1].covariance
-    unsure = localize(bag, settings={"dead_reckoning.distance_scale": 0.5}).estimates[-1].covariance
+    unsure = localize(bag, settings={"ekf.odometry.along": 0.5}).estimates[-1].covariance
     assert np.trace(unsure[:2, :2]) > 10.0 * np.trace(plain[:2, :2])
     level = localize(bag, settings={"sensors.motion": "odometry", "sensors.flat": True})
     assert level.estimates[-1].odom_from_base.position[2] == 0.0
@@ -198,7 +198,7 @@ def test_command_without_a_map_writes_all_files_and_the_end(
 ) -> None:
     out = tmp_path / "out"
     words = ["localize", str(bag), "--out", str(out), "--no-recording", "--no-report"]
-    assert main([*words, "--set", "dead_reckoning.distance_scale=0.05"]) == 0
+    assert main([*words, "--set", "ekf.odometry.along=0.05"]) == 0
     printed = " ".join(capsys.readouterr().out.split())  # lines are as wide as the terminal
     assert ", dead-reckoned: no scanner in the log" in printed
     assert "turned by gyro and the orientation that the inertial unit reports" in printed
@@ -210,8 +210,8 @@ def test_command_without_a_map_writes_all_files_and_the_end(
     )
     assert (out / "covariance.csv").read_text().count("\n") == len(known) + 1
     config = json.loads((out / "config.json").read_text())
-    assert config["localizer"]["dead_reckoning"]["distance_scale"] == 0.05
-    assert config["changed"] == {"dead_reckoning.distance_scale": "0.05"}
+    assert config["localizer"]["ekf"]["odometry"]["along"] == 0.05
+    assert config["changed"] == {"ekf.odometry.along": "0.05"}
     assert config["map"] is None
 
 
