@@ -101,7 +101,7 @@ def at_least(matrix: FloatArray, floor: FloatArray) -> FloatArray:
 def _root(matrix: FloatArray) -> FloatArray:
     """Return a root R (N, N) of a covariance R R', that has an inverse even where rounding made the covariance indefinite."""
     try:
-        return np.linalg.cholesky(matrix)
+        return np.asarray(np.linalg.cholesky(matrix), dtype=float)
     except np.linalg.LinAlgError:
         values, vectors = np.linalg.eigh(matrix)
         least = np.finfo(float).eps * values[-1]
