@@ -77,8 +77,6 @@ class LocalizerConfig:
     retry_below: float = 0.8
     """Where motion comes as displacements, a sweep of which the map explains a smaller share is tried with a
     wider prior."""
-    retry_gain: float = 0.05
-    """By so much more of the sweep must the map then explain, or where a robot is that went on as before."""
     slip_memory: int = SECOND // 2
     """The wheels are distrusted for this time after the last sign of slip [ns]."""
     max_acceleration: float = 9.0
@@ -92,8 +90,6 @@ class LocalizerConfig:
     sweep_period: float = 0.1
     """Sweeps that arrive faster share the errors of map and mounts, and together inform like one sweep
     in this time [s]. The information of a sweep was tuned at 10 Hz."""
-    sweep_distance: float = 0.03
-    """Sweeps that come as displacements count in full if the robot has moved on by this distance [m]."""
     slip_window: float = 0.08
     """Wheels and KISS-ICP are compared over at least this time [s]: each sweep of a scanner of 10 Hz,
     several of faster ones."""

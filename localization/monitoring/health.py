@@ -59,8 +59,8 @@ class HealthConfig:
     lost_sigma: float = 1.0
     """A horizontal position known no better than this is lost, one sigma [m]."""
     agreement_distance: float = 3.0
-    """After a search has replaced a pose that was not lost, the new one is suspect until sweeps have agreed
-    with it over this distance [m]."""
+    """After a placement, a jump and a request to search, the robot's own motion rules out no place until sweeps have
+    agreed with the pose over this distance [m]."""
     silence: int = SECOND // 2
     """A scanner or encoder without readings for this long is reported as silent [ns]."""
 
@@ -94,12 +94,6 @@ class HealthMonitor:
     moved the robot [m]; set by a placement, a jump, and a request to search."""
     carried: bool = False
     """Whether what is seen changed at once, as if the robot had been carried."""
-    jumped: float = 0.0
-    """Distance by which a search has just moved a pose that was not lost [m]."""
-    to_agree: float = 0.0
-    """Distance over which sweeps still must agree with that [m]."""
-    explained: float = 1.0
-    """Share of what is seen for which the pose was accepted, until other places are ruled out; else 1."""
     ruled_out: float = 0.0
     """Distance of a place that explains more of the sweeps, but to which the robot cannot have moved [m]."""
 
@@ -126,54 +120,19 @@ class HealthMonitor:
 
     def after_check(self) -> HealthMonitor:
         """Return the monitor after a search found that the robot is where it is believed to be."""
-        given = self.explained < 1.0
-        to_agree = 0.0 if given else self.to_agree
-        return replace(
-            self, unconfirmed=0.0, ruled_out=0.0, carried=False, to_agree=to_agree, explained=1.0
-        )
+        return replace(self, unconfirmed=0.0, ruled_out=0.0, carried=False)
 
     def after_distance(self, distance: float) -> HealthMonitor:
         """Return the monitor after the robot moved on by a distance [m], over which the sweeps agreed or not."""
-        if max(self.to_agree, self.unconfirmed) <= 0.0 or self.doubtful:
+        if self.unconfirmed <= 0.0 or self.doubtful:
             return self
         left = max(0.0, self.unconfirmed - distance)
-        return replace(
-            self,
-            to_agree=max(0.0, self.to_agree - distance),
-            unconfirmed=left,
-            carried=self.carried and left > 0.0,
-        )
+        return replace(self, unconfirmed=left, carried=self.carried and left > 0.0)
 
     @classmethod
-    def placed(
-        cls, config: HealthConfig, belief: BeliefConfig, explained: float = 1.0
-    ) -> HealthMonitor:
-        """Return the monitor of a pose at which the robot was found.
-
-        Args:
-            config: the thresholds.
-            belief: what changes the belief in it.
-            explained: share of what is seen that the pose explains, if a place that was not searched may clearly
-                explain more; else 1. After a robot was carried off, a wrong place may explain most of what it sees: a search of the
-                map or driving must show whether it is right.
-        """
-        far = config.agreement_distance
-        to_agree = far if explained < 1.0 else 0.0
-        found = Belief.of_found(belief)
-        return cls(config, belief, found, unconfirmed=far, to_agree=to_agree, explained=explained)
-
-    @classmethod
-    def after_replacement(cls, before: HealthMonitor, jumped: float) -> HealthMonitor:
-        """Return the monitor of a pose that a search put in the place of one that was not lost.
-
-        Args:
-            before: evidence about the pose that was replaced.
-            jumped: distance between the two [m].
-        """
-        far = before.config.agreement_distance
-        to_agree = 0.0 if before.carried else far
-        config, found = before.belief_config, Belief.of_found(before.belief_config)
-        return cls(before.config, config, found, jumped=jumped, to_agree=to_agree, unconfirmed=far)
+    def placed(cls, config: HealthConfig, belief: BeliefConfig) -> HealthMonitor:
+        """Return the monitor of a pose at which the robot was found."""
+        return cls(config, belief, Belief.of_found(belief), unconfirmed=config.agreement_distance)
 
     def after_sweep(
         self,
@@ -278,8 +237,6 @@ class HealthMonitor:
             return Health.LOST, (self.why, *missing)
         if self.doubtful:
             return Health.SUSPECT, (self.why, *self._ruled_out(), *missing)
-        if self.to_agree > 0.0:
-            return Health.SUSPECT, (self._awaited(), *missing)
         if blind:
             # Wheels that slip now mislead it by any distance, unobserved.
             return Health.SUSPECT, (f"{blind}: only the robot's own motion is known", *missing)
@@ -289,13 +246,6 @@ class HealthMonitor:
         degraded = _PLANAR & set(self.unobservable) or missing
         state = Health.DEGRADED if degraded else Health.TRACKING
         return state, (*unseen, *missing, *mounts, *self._remarks())
-
-    def _awaited(self) -> str:
-        """Return what must be confirmed by driving."""
-        what = f"a search moved the pose by {self.jumped:.1f} m"
-        if self.explained < 1.0:
-            what = f"the new pose explains only {self.explained:.0%} of what is seen"
-        return f"{what}: undo it if that is wrong; trusted after {self.to_agree:.1f} m of agreement"
 
     def _ruled_out(self) -> tuple[str, ...]:
         if self.ruled_out <= 0.0:

@@ -40,9 +40,6 @@ class KissConfig:
     """Points farther away than this are dropped from the local map [m]."""
     max_correspondence_distance: float = 0.5
     """Largest distance of corresponding points [m]."""
-    max_correction_angle: float = np.deg2rad(20.0)
-    """Largest turn by which an alignment may depart from its guess [rad]; beyond it, as beyond the largest
-    distance of corresponding points, it is no observation."""
     kernel: float = 0.1
     """Scale of the Geman-McClure kernel [m]."""
     iterations: int = 60

@@ -150,10 +150,7 @@ class KissOdometry:
 def strayed(guess: Pose, pose: Pose, config: KissConfig) -> bool:
     """Return whether an alignment ended farther from its guess than points can find their counterparts."""
     off = guess.inverse() @ pose
-    return (
-        float(np.hypot(*off.position[:2])) > config.max_correspondence_distance
-        or abs(off.yaw) > config.max_correction_angle
-    )
+    return float(np.hypot(*off.position[:2])) > config.max_correspondence_distance
 
 
 def _with_layer(state: KissState, view: KissView) -> KissState:

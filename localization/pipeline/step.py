@@ -321,12 +321,11 @@ def _disambiguated(state: State, record: SweepRecord, r: Resources) -> tuple[Sta
     state = state._replace(search=search, health=health)
     if placement is None:
         return state, ()
-    believed = state.placed and not state.health.lost
-    if believed and not _possible(state, placement, r.config):
+    if state.placed and not state.health.lost and not _possible(state, placement, r.config):
         step = placement.map_from_base.position - state.filter.pose.position
         health = replace(state.health, ruled_out=float(np.hypot(*step[:2])))
         return state._replace(health=health), ()
-    return _placed(state, placement, r, believed=believed)
+    return _placed(state, placement, r)
 
 
 def _possible(state: State, placement: Placement, config: LocalizerConfig) -> bool:
@@ -399,17 +398,8 @@ def _hinted(state: State, hint: Hint, r: Resources) -> tuple[State, Events]:
     return state._replace(search=search), answers
 
 
-def _placed(
-    state: State, placement: Placement, r: Resources, *, believed: bool = False
-) -> tuple[State, Events]:
-    """Begin anew at the pose where the robot was found; the estimate before is kept for an undo.
-
-    Args:
-        state: before.
-        placement: the pose.
-        r: settings.
-        believed: whether the pose that it replaces was not lost, and no operator gave the new one.
-    """
+def _placed(state: State, placement: Placement, r: Resources) -> tuple[State, Events]:
+    """Begin anew at the pose where the robot was found; the estimate before is kept for an undo."""
     replaced = ReplacedEstimate(
         state.stamp,
         placement.reason,
@@ -418,10 +408,7 @@ def _placed(
         state.health,
         state.odom_from_base,
     )
-    health = HealthMonitor.placed(r.config.health, r.config.belief, placement.explained)
-    if believed:
-        step = placement.map_from_base.position - state.filter.pose.position
-        health = HealthMonitor.after_replacement(state.health, float(np.hypot(*step[:2])))
+    health = HealthMonitor.placed(r.config.health, r.config.belief)
     covariance = np.diag(np.array(r.config.placement_sigma) ** 2)
     if placement.unseen is not None:
         covariance += placement.unseen

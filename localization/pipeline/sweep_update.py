@@ -214,15 +214,9 @@ def _matched(
 def _share(state: State, elapsed: float, config: LocalizerConfig) -> float:
     """Return the share of a sweep's information that counts.
 
-    Sweeps from one place share the errors of the map there. Where motion comes as displacements, stamps may
-    be bursts, and a sweep counts in full once the robot has moved on.
+    Sweeps from one place share the errors of the map there.
     """
-    share = elapsed / config.sweep_period
-    if config.sensors.displaced:
-        moved = state.last.odom_from_base.inverse() @ state.odom_from_base
-        distance = float(np.hypot(*moved.position[:2])) + LEVER * abs(moved.yaw)
-        share = max(share, distance / config.sweep_distance)
-    return min(1.0, share)
+    return min(1.0, elapsed / config.sweep_period)
 
 
 def _contradicts(state: State, observed: ObservedMotion, config: LocalizerConfig) -> bool:
@@ -252,8 +246,7 @@ def _registered_by_witnesses(
     last = state.last
     rolled, seen = between(state.filter, last.map_from_base, observed[0])
     on = last.map_from_base @ last.moved_on((record.sweep.stamp - last.stamp) / SECOND)
-    clearly = r.config.retry_gain
-    for filter_, gain in ((rolled, 0.0), (seen, _SAMPLING), (replace(rolled, pose=on), clearly)):
+    for filter_, gain in ((rolled, 0.0), (seen, _SAMPLING), (replace(rolled, pose=on), _SAMPLING)):
         match, nis = _registered(filter_, replace(record, match=None), matcher, share, r)
         if best is None or match.inlier_ratio > best[1].inlier_ratio + gain:
             best = filter_, match, nis
@@ -280,7 +273,7 @@ def _least_elsewhere(
         tried = config.sensors.displaced or slipping or state.health.doubtful
         return match.inlier_ratio - _NEARLY if tried else None
     if config.sensors.displaced and match.inlier_ratio < config.retry_below:
-        return match.inlier_ratio + config.retry_gain
+        return match.inlier_ratio + _SAMPLING
     return None
 
 

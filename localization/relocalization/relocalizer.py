@@ -32,8 +32,8 @@ _DEFAULT_HEIGHT = 0.3
 """Height of the floor plan for a robot without a horizontal scanner [m]."""
 
 ALMOST_ALL = 0.9
-"""A place near a hint that explains a smaller share of the sweep is suspect until the whole map has been searched, or
-metres agree: another room, much like the one that an operator mistook for it, may explain more."""
+"""A place near a hint that explains a smaller share of the sweep is suspect until the whole map has been searched:
+another room, much like the one that an operator mistook for it, may explain more."""
 
 
 class RelocalizerSettings(Protocol):
@@ -96,8 +96,6 @@ class Placement:
     """Why it is believed."""
     unseen: FloatArray | None = None
     """(6, 6) covariance of what the sweep leaves open, as in ``Estimate``; None if it shows the whole pose."""
-    explained: float = 1.0
-    """Share of what is seen that it explains, if that leaves room for a place that was not searched; else 1."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -342,9 +340,8 @@ class Relocalizer:
             state = _found(state)
             best = result.candidates[0]
             placement = Placement(best.map_from_base, result.reason, result.unseen)
-            if best.score < ALMOST_ALL:
-                placement = replace(placement, explained=best.score)
-                state = _to_check(state) if self._by_itself else state
+            if best.score < ALMOST_ALL and self._by_itself:
+                state = _to_check(state)
         elif result.verdict is Verdict.AMBIGUOUS:
             # A pose that stands explains clearly less, or is in doubt: else the hint would have been answered by it.
             present = None if unsure else current.map_from_base

@@ -93,7 +93,6 @@ RARE: frozenset[str] = frozenset(
         "map_search.refine",
         "overspeed_margin",
         "retry_below",
-        "retry_gain",
         "retry_sigma",
         "search.default_sigma",
         "search.largest_window",
@@ -105,7 +104,6 @@ RARE: frozenset[str] = frozenset(
         "search_schedule.distance",
         "search_schedule.period",
         "good_inlier_ratio",
-        "sweep_distance",
         "undo_memory",
     }
 )

@@ -50,8 +50,8 @@ def feed(
     return monitor
 
 
-def found(explained: float = 1.0) -> HealthMonitor:
-    return HealthMonitor.placed(HealthConfig(), BeliefConfig(), explained)
+def found() -> HealthMonitor:
+    return HealthMonitor.placed(HealthConfig(), BeliefConfig())
 
 
 STOOD = feed(HealthMonitor(), 20)
@@ -102,28 +102,6 @@ def test_lost_pose_is_trusted_again_once_sweeps_fit_for_a_time() -> None:
     lost = feed(STOOD, 60, WRONG)
     assert ask(feed(lost, 1))[0] is Health.LOST
     assert 0.4 < until(lost, Health.TRACKING, GOOD, 0.1) < 2.0
-
-
-def test_given_pose_that_explains_little_is_suspect_until_metres_agree() -> None:
-    monitor = feed(found(0.62), 5)
-    state, reasons = ask(monitor)
-    assert state is Health.SUSPECT
-    assert "explains only 62%" in reasons[0]
-    assert "undo" in reasons[0]
-    assert ask(monitor.after_distance(2.9))[0] is Health.SUSPECT
-    assert ask(monitor.after_distance(3.1))[0] is Health.TRACKING
-    assert ask(monitor.after_check())[0] is Health.TRACKING, "a search has found no better place"
-    assert ask(found())[0] is Health.TRACKING
-
-
-def test_pose_that_was_replaced_is_trusted_at_once_only_after_a_jump() -> None:
-    assert ask(HealthMonitor.after_replacement(CARRIED, 7.0))[0] is Health.TRACKING
-    monitor = HealthMonitor.after_replacement(STOOD, 7.0)
-    state, (reason,) = ask(monitor)
-    assert state is Health.SUSPECT
-    assert reason.startswith("a search moved the pose by 7.0 m: undo it if that is wrong")
-    assert ask(monitor.after_distance(2.9))[0] is Health.SUSPECT
-    assert ask(monitor.after_distance(3.1))[0] is Health.TRACKING
 
 
 def test_no_single_sweep_makes_a_pose_lost_and_two_that_agree_do() -> None:
