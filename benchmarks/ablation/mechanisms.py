@@ -18,7 +18,13 @@ Change = Callable[[LocalizerConfig], LocalizerConfig]
 ALL = "all"
 """Name of the localiser as it is."""
 
-REMOVED = ("second opinion", "back-face culling")
+REMOVED = (
+    "agreement over a way",
+    "bound of KISS-ICP's turns",
+    "end of comparing",
+    "gain of a wider prior",
+    "information by way",
+)
 """Mechanisms that were a setting when the kept figures were measured and are none any more: their rows stay in
 the sheet as the reason for that, and cannot be run."""
 
@@ -58,7 +64,6 @@ MECHANISMS: Mapping[str, Change] = {
     "wider priors": without(retry_sigma=()),
     "wider priors for what fits badly": without(retry_below=0.0),
     "wider priors while wheels slip": without(good_inlier_ratio=2.0),
-    "gain of a wider prior": without(retry_gain=0.0),
     "overspeed margin": without(overspeed_margin=1e3),
     "wheel-gyro slip gate": without("ekf", wheel_yaw_gate=math.inf),
     "acceleration limit": without(max_acceleration=1e6),
@@ -70,11 +75,9 @@ MECHANISMS: Mapping[str, Change] = {
     "noise along rough walls": without("registration", tangential=0.0),
     "rough maps": without("registration", rough=math.inf),
     "information by sweep period": without(sweep_period=1e-9),
-    "information by way": without(sweep_distance=math.inf),
     "noise that a place shares": without(map_share=0.0),
     "minimum inlier ratio": without(min_inlier_ratio=0.0),
     "bias of ranges": without("ekf", range_bias=1e-6),
-    "bound of KISS-ICP's turns": without("kiss", max_correction_angle=math.inf),
     "mount uncertainty": without("ekf", mount_position=0.0, mount_angle=0.0),
     "standstill detection": without("ekf", still_speed=0.0),
     "rest after a push": without("ekf", still_recover=0.2),
@@ -90,9 +93,7 @@ MECHANISMS: Mapping[str, Change] = {
     "most that one sweep says": without("belief", most=math.inf),
     "poses that mostly fit": without("belief", mostly=2.0),
     "lasting doubt before a check": without("health", check_after=0.0),
-    "agreement over a way": without("health", agreement_distance=0.0),
     "largest sigma": without("health", lost_sigma=math.inf),
-    "end of comparing": without("hypotheses", max_distance=math.inf),
     "neighbours along a corridor": without("search", compared=0),
     "waiting between searches": without("search_schedule", distance=0.0, period=0),
     "work bound": without("map_search", max_work=_NEVER),

@@ -170,10 +170,12 @@ def _corrected(
     localizer: Localizer, readings: Sequence[Reading], truth: Mapping[int, Pose]
 ) -> Iterator[tuple[Estimate, Pose]]:
     """Feed readings and yield the estimates that a scan corrected, with the true pose at its stamp."""
+    newest: Pose | None = None
     for reading in readings:
+        newest = truth.get(reading.stamp, newest) if isinstance(reading, Scan) else newest
         estimate = localizer.add(reading)
-        if estimate.sweep is not None and estimate.sweep.stamp in truth:
-            yield estimate, truth[estimate.sweep.stamp]
+        if estimate.sweep is not None and newest is not None:
+            yield estimate, newest
 
 
 def weights(values: FloatArray, right: BoolArray, counts: FloatArray) -> FloatArray:

@@ -32,14 +32,12 @@ from localization.types import Candidate, Pose, Sweep
 
 @dataclass(frozen=True, slots=True)
 class HypothesesConfig:
-    """When places are weighed again, and for how long."""
+    """When places are weighed again."""
 
     step: float = 0.25
     """A sweep is new evidence after this distance [m], or after ``turn``."""
     turn: float = np.deg2rad(20.0)
     """A sweep is new evidence after this turn [rad], or after ``step``."""
-    max_distance: float = 8.0
-    """Without a decision after this distance [m], the search begins anew."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -93,8 +91,6 @@ class Hypotheses:
     """The places, best first."""
     odom_from_base: Pose = field(default_factory=Pose.identity)
     """Pose at the last evidence."""
-    distance: float = 0.0
-    """Distance driven since the places were found [m]."""
     near: bool = False
     """Whether only the surroundings of a hint were searched, so that other places may fit as well."""
 
@@ -137,10 +133,6 @@ class Hypotheses:
     def nowhere(self, belief: BeliefConfig) -> bool:
         """Return whether the robot is surely at none of the places."""
         return all(_surely(-p.advantage(None), belief) for p in self.places)
-
-    def exhausted(self, config: HypothesesConfig, belief: BeliefConfig) -> bool:
-        """Return whether the search must begin anew: no place fits any more, or no decision after a long way."""
-        return self.nowhere(belief) or self.distance > config.max_distance
 
     def candidates(self, odom_from_base: Pose) -> tuple[Candidate, ...]:
         """Return the places as of now, best first."""
@@ -212,8 +204,7 @@ class Hypotheses:
                 kept[same] = replace(kept[same], present=kept[same].present or place.present)
             elif not kept or not _surely(kept[0].advantage(place), weighing.belief):
                 kept.append(place)
-        distance = self.distance + way
-        left = replace(self, places=tuple(kept), odom_from_base=odom_from_base, distance=distance)
+        left = replace(self, places=tuple(kept), odom_from_base=odom_from_base)
         return left, left.candidates(odom_from_base)[0] if left._decided(weighing.belief) else None
 
     def _decided(self, belief: BeliefConfig) -> bool:

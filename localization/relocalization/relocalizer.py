@@ -435,13 +435,8 @@ class Relocalizer:
             placement = Placement(place.map_from_base, reason)
             # Near is not the only place in the map that may explain the sweeps.
             return (_to_check(_found(state)) if left.near else _found(state)), placement
-        if stands and left.exhausted(self._hypotheses, self._weighing.belief):
-            state = self._unsettled(state, unsure=False)
-            if left.nowhere(self._weighing.belief):
-                return state, None
-            return replace(state.with_doubt(), checking=True), None
-        if left.exhausted(self._hypotheses, self._weighing.belief):
-            return self._unsettled(state, unsure=True), None
+        if left.nowhere(self._weighing.belief):
+            return self._unsettled(state, unsure=not stands), None
         return replace(state, hypotheses=left), None
 
 

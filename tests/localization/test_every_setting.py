@@ -81,7 +81,6 @@ RARE: frozenset[str] = frozenset(
         "health.check_after",
         "health.lost_sigma",
         "health.silence",
-        "hypotheses.max_distance",
         "jump_detection.gap_distance",
         "jump_detection.min_overlap",
         "jump_detection.points",

@@ -280,15 +280,13 @@ def test_places_that_no_sweep_speaks_for_are_given_up_however_well_one_of_them_f
     None
 ):
     """One of several wrong places explains a lot of the last sweep, nearly always."""
-    config, belief = HypothesesConfig(), BeliefConfig()
+    belief = BeliefConfig()
     lucky = weighed((-2.1, -4.0, -3.1, 0.5))
     other = weighed((-3.0, -3.2, -4.4, -4.1), Pose.planar(4.0, 0.0, 0.0))
-    assert Hypotheses((lucky, other), distance=0.75).exhausted(config, belief)
-    early = Hypotheses((weighed((-2.1,)), weighed((-3.0,))), distance=0.0)
-    assert not early.exhausted(config, belief)
+    assert Hypotheses((lucky, other)).nowhere(belief)
+    assert not Hypotheses((weighed((-2.1,)), weighed((-3.0,)))).nowhere(belief)
     good = weighed((5.2, -1.0, -2.0, 1.5))
-    assert not Hypotheses((good, other), distance=0.75).exhausted(config, belief)
-    assert Hypotheses((good, other), distance=8.1).exhausted(config, belief)
+    assert not Hypotheses((good, other)).nowhere(belief)
 
 
 SURE = Belief.of_found(BeliefConfig()).odds
