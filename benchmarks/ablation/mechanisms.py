@@ -88,7 +88,6 @@ MECHANISMS: Mapping[str, Change] = {
     "tilt by accelerometer": without("ekf", tilt_gate=0.0),
     "jumps after gaps": without("jump_detection", gap_distance=math.inf),
     "evidence of being carried": without("belief", carried=0.0),
-    "growth of what passes through the map": without("belief", change=(9.1, 11.1, 3.9, 0.0)),
     "sweeps that share their errors": without("belief", independent=(1e-9, 1e-9)),
     "most that one sweep says": without("belief", most=math.inf),
     "poses that mostly fit": without("belief", mostly=2.0),

@@ -85,7 +85,7 @@ class Sample:
     """Whether the pose was right; else it was wrong."""
     agreement: tuple[float, float]
     """As ``agreement`` has it."""
-    change: tuple[float, float, float] | None
+    change: tuple[float] | None
     """As ``break_in_view`` has it, of a robot that was just carried off, or surely was not."""
     run: int
     """Number of the robot."""
@@ -116,10 +116,12 @@ def _samples(
         if right == carried or not (right or off > WRONG[0] or turned > WRONG[1]):
             continue
         at = pose if displaced else estimate.odom_from_base
-        _, change = jump.compared(estimate.sweep, at)
+        match, within = estimate.match, localizer.config.registration.inlier_distance
+        mapped = None if match is None else match.mapped(within)
+        _, change = jump.compared(estimate.sweep, at, mapped)
         known = change is not None and fresh == carried
         broken = (
-            break_in_view(change.lacking, health.flicker, estimate.consistency, health.consistency)
+            (break_in_view(change.unexpected, estimate.consistency, health.consistency),)
             if change is not None and known
             else None
         )
@@ -229,11 +231,11 @@ class Data:
 
 
 KINDS = {"agreement": "sweeps", "change": "changes between sweeps"}
-SIGNS = {"agreement": (-1.0, -1.0, -1.0), "change": (1.0, -1.0, -1.0, -1.0)}
+SIGNS = {"agreement": (-1.0, -1.0, -1.0), "change": (1.0, -1.0)}
 """Signs of the settings' weights in the sums."""
 NAMES = {
     "agreement": ("at all", "log of the share unexplained", "log of the share passing through"),
-    "change": ("at all", "share lacking", "unusual share lacking", "more passing through"),
+    "change": ("at all", "share unexpected"),
 }
 
 

@@ -158,7 +158,7 @@ def kidnap_trial(searcher: Searcher, moments: Sequence[Moment]) -> Kidnapping:
         way, before = way + float(np.hypot(*step[:2])), moment
         if way > MOST_WAY:
             break
-        if not hypotheses.places or hypotheses.exhausted(settings, weighing.belief):
+        if not hypotheses.places or hypotheses.nowhere(weighing.belief):
             again, cost = _everywhere(searcher, moment)
             total += cost
             hypotheses = Hypotheses.of(again, moment.odom_from_base, SearchConfig())

@@ -11,6 +11,7 @@ from localization.compiled import compiled
 
 FloatArray = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.int64]
+BoolArray = npt.NDArray[np.bool_]
 _Quaternion = tuple[float, float, float, float]
 _Vector = tuple[float, float, float]
 
@@ -137,9 +138,9 @@ def carried(
 
 
 @compiled
-def share_near(points: FloatArray, others: FloatArray, near: float) -> float:
-    """Return the share of points (N, 2) that have another of (M, 2) as near as this [m]."""
-    count, begin = 0, 0
+def are_near(points: FloatArray, others: FloatArray, near: float) -> BoolArray:
+    """Return whether each of some points (N, 2) has another of (M, 2) as near as this [m]."""
+    found, begin = np.zeros(len(points), dtype=np.bool_), 0
     for i in range(len(points)):
         # Beams come in order: what was near to the last is looked at first.
         for j in range(len(others)):
@@ -147,10 +148,10 @@ def share_near(points: FloatArray, others: FloatArray, near: float) -> float:
             if k >= len(others):
                 k -= len(others)
             if (points[i, 0] - others[k, 0]) ** 2 + (points[i, 1] - others[k, 1]) ** 2 < near**2:
-                count += 1
+                found[i] = True
                 begin = k
                 break
-    return count / len(points)
+    return found
 
 
 @compiled

@@ -1,8 +1,8 @@
 """Belief: how probable it is that the pose is right, given what the sweeps say; one number instead of counters.
 
 There are two hypotheses. A right pose may become wrong at any time, at a small rate, and a wrong one right. That it
-just did, as if the robot had been carried, is the more probable the less of a sweep follows from the one before. Each
-sweep multiplies the odds by how much more often its beams fall as they did where the pose is right than where it is
+just did, as if the robot had been carried, is the more probable the less of a sweep either the one before shows or the
+map. Each sweep multiplies the odds by how much more often its beams fall as they did where the pose is right than where it is
 wrong: on the map, before it, through it, or where nothing is mapped. Sweeps from one place, or soon after each other,
 share their errors, and count as fewer.
 
@@ -22,14 +22,6 @@ _LEFT = 0.05
 """Added to the share of a sweep that is left unexplained before its logarithm: noise and edges leave so much."""
 _TRACED = 0.01
 """Added to the share of beams through mapped surfaces before its logarithm: less is not distinguished from none."""
-_FLICKER = 0.02
-"""Share of a sweep that another lacks at edges alone."""
-_CHANGED = 0.1
-"""A view has clearly changed if so much more is lacking than at edges and twice the usual share."""
-_GROWN = 0.02
-"""More of a sweep clearly passes through the map if its share grew by this, which among people it hardly does at once."""
-_STIRRED = 0.05
-"""Growth of that share by each beam more that is hidden: people who cause the one cause a little of the other."""
 _HIDDEN = 0.5
 """A beam that ends before a mapped surface says little: it counts as this much explained."""
 
@@ -41,9 +33,9 @@ class BeliefConfig:
     sweep: tuple[float, float, float] = (8.4, 3.65, 1.45)
     """Evidence of one sweep against the pose: at all, by the logarithm of the share that the map leaves unexplained, and by
     that of the share that passes through mapped surfaces."""
-    change: tuple[float, float, float, float] = (9.1, 11.1, 3.9, 6.2)
-    """Evidence between two sweeps: against that the robot was carried at all, and for it by the share of one that the other
-    lacks, by whether that is unusual, and by whether the share that passes through the map grew with it."""
+    change: tuple[float, float] = (4.4, 39.0)
+    """Evidence between two sweeps: against that the robot was carried at all, and for it by the share that neither the last
+    one shows nor the map."""
     rate: float = 0.001
     """How often a pose becomes wrong by itself [1/s]: once in a quarter of an hour, which is a pessimist's."""
     carried: float = 0.01
@@ -120,25 +112,17 @@ def agreement(seen: ScanConsistency) -> tuple[float, float]:
     return math.log(left + _LEFT), math.log(seen.free_space_violation + _TRACED)
 
 
-def break_in_view(
-    lacking: float, flicker: float, seen: ScanConsistency | None, usual: ScanConsistency
-) -> tuple[float, float, float]:
-    """Return what counts of a change: the share that lacks, whether that is unusual, and whether the map contradicts it.
-
-    The last two are in [0, 1], 0 for no and 1 for clearly.
+def break_in_view(unexpected: float, seen: ScanConsistency | None, usual: ScanConsistency) -> float:
+    """Return what counts of a change: the unexpected share of a sweep, but no more than the map explains less than usually.
 
     Args:
-        lacking: share of one of two sweeps that the other lacks.
-        flicker: what usually is.
-        seen: agreement of the newer one with the map, if it was compared.
+        unexpected: share that neither the last sweep shows nor the map.
+        seen: agreement of the sweep with the map, if it was compared.
         usual: that of the sweeps before.
     """
-    changed = min(1.0, max(0.0, lacking - 2.0 * flicker - _FLICKER) / _CHANGED)
     if seen is None:
-        return lacking, changed, 0.0
-    hidden = max(0.0, seen.occluded - usual.occluded)
-    grown = seen.free_space_violation - usual.free_space_violation - _STIRRED * hidden
-    return lacking, changed, changed * min(1.0, max(0.0, grown) / _GROWN)
+        return unexpected
+    return min(unexpected, max(0.0, seen.unexplained - usual.unexplained))
 
 
 def evidence_of(seen: ScanConsistency, config: BeliefConfig) -> float:
@@ -148,23 +132,23 @@ def evidence_of(seen: ScanConsistency, config: BeliefConfig) -> float:
     return -unexplained * left - through * passing - at_all
 
 
-def evidence_unmoved(broken: tuple[float, float, float], config: BeliefConfig) -> float:
+def evidence_unmoved(broken: float, config: BeliefConfig) -> float:
     """Return the evidence that the robot was not carried since the last sweep, given a ``break_in_view``."""
-    at_all, *against = config.change
-    return at_all - sum(weight * share for weight, share in zip(against, broken, strict=True))
+    at_all, against = config.change
+    return at_all - against * broken
 
 
-def independence(seconds: float, metres: float, lacking: float, config: BeliefConfig) -> float:
+def independence(seconds: float, metres: float, unexpected: float, config: BeliefConfig) -> float:
     """Return the share of a sweep's evidence that is new.
 
     Args:
         seconds: since the last one.
         metres: driven since then.
-        lacking: share of one of the two that the other lacks.
+        unexpected: share of it that neither the last one shows nor the map.
         config: how long and how far apart sweeps count in full.
     """
     time, distance = config.independent
-    return min(1.0, seconds / time + metres / distance + lacking)
+    return min(1.0, seconds / time + metres / distance + unexpected)
 
 
 def probabilities(odds: Sequence[float]) -> tuple[float, ...]:

@@ -87,8 +87,6 @@ class HealthMonitor:
     """Axes of the robot that the last match does not constrain."""
     consistency: ScanConsistency = _CONSISTENT
     """Agreement of the sweeps with the map, averaged over about a second."""
-    flicker: float = 0.0
-    """Share of a sweep that the one before lacks, averaged in the same way."""
     unconfirmed: float = 0.0
     """Distance over which sweeps still must agree with the pose before nothing but its own motion can have
     moved the robot [m]; set by a placement, a jump, and a request to search."""
@@ -159,12 +157,10 @@ class HealthMonitor:
             blind: whether the robot drove without a sweep before, and may be anywhere.
             slipping: whether the wheels slip.
         """
-        b, usual, flicker, unmoved = self.belief_config, self.consistency, self.flicker, math.inf
+        b, usual, unmoved = self.belief_config, self.consistency, math.inf
         new = min(elapsed, _MOST_OF_ONE)
         if change is not None:
-            broken = break_in_view(change.lacking, flicker, consistency, usual)
-            unmoved = evidence_unmoved(broken, b)
-            flicker += new * (change.lacking - flicker)
+            unmoved = evidence_unmoved(break_in_view(change.unexpected, consistency, usual), b)
         # Of wheels that slip, and a sweep that is of no use, nothing says that the robot was not moved.
         unwitnessed = slipping and refusal is not None
         unmoved = min(unmoved, 0.0) if unwitnessed else unmoved
@@ -181,8 +177,8 @@ class HealthMonitor:
             mostly = off_map or (not excess and consistency.unexplained < b.mostly)
         # One sweep makes no pose lost: a reading that came too late may have caused it.
         least = _SUSPECT if mostly or not self.doubtful else -math.inf
-        lacking = 0.0 if change is None else change.lacking
-        belief = since.after_sweep(evidence, independence(elapsed, moved, lacking, b), b)
+        unexpected = 0.0 if change is None else change.unexpected
+        belief = since.after_sweep(evidence, independence(elapsed, moved, unexpected, b), b)
         belief = belief.at_least(min(self.belief.odds, least))
         doubted = not belief.sure(b)
         begins = doubted and not self.doubtful
@@ -204,7 +200,6 @@ class HealthMonitor:
             why=why,
             unobservable=unobservable_axes(match, pose),
             consistency=_smoothed(usual, consistency, new),
-            flicker=flicker,
             unconfirmed=self.config.agreement_distance if carried or blind else self.unconfirmed,
             carried=carried or self.carried,
         )

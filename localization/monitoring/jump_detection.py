@@ -1,7 +1,7 @@
 """Jumps: does what is seen now follow from what was seen before, given how the robot moved?
 
-A robot that is carried off sees other walls at once, though neither wheels nor gyro moved. The map is not
-used: a wrong place in it may fit well enough.
+A robot that is carried off sees other walls at once, though neither wheels nor gyro moved. One that drives on sees new
+ones too, and the more of them the rarer its sweeps are, but where the map has them.
 """
 
 from __future__ import annotations
@@ -11,19 +11,19 @@ from typing import Final
 
 import numpy as np
 
-from localization.compiled.scans import share_near
+from localization.compiled.scans import are_near
 from localization.geometry import FloatArray
-from localization.types import Pose, Sweep
+from localization.types import BoolArray, Pose, Sweep
 
 
 @dataclass(frozen=True, slots=True)
 class Change:
     """How much of what is seen does not follow from what was seen."""
 
-    lacking: float
-    """Share of one of two sweeps that the other lacks, the larger of both."""
+    unexpected: float
+    """Share of a sweep that neither the last one shows nor the map."""
     most: bool
-    """Whether most of the newer one was not seen before."""
+    """Whether most of it was not seen before."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -42,7 +42,7 @@ class JumpDetectionConfig:
 
 
 _COMPARED: Final = 360
-"""Largest number of points that are compared, evenly chosen, so that many beams cost no more time."""
+"""Largest number of points that are compared."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -56,32 +56,25 @@ class JumpDetector:
     stamp: int = 0
     """Time of the last sweep [ns]."""
 
-    def compared(self, sweep: Sweep, odom_from_base: Pose) -> tuple[JumpDetector, Change | None]:
+    def compared(
+        self, sweep: Sweep, odom_from_base: Pose, mapped: BoolArray | None = None
+    ) -> tuple[JumpDetector, Change | None]:
         """Return the detector after a sweep, and how much of it does not follow from the last one; None if too little is seen.
 
         Args:
             sweep: the newest one.
             odom_from_base: at its stamp.
+            mapped: (N,) whether each of its points lies on a surface of the map; None if that is not known.
         """
-        c = self.config
-        flat = np.ascontiguousarray(odom_from_base.apply(sweep.points[sweep.horizontal])[:, :2])
+        c, level = self.config, sweep.horizontal
+        flat = np.ascontiguousarray(odom_from_base.apply(sweep.points[level])[:, :2])
         if len(flat) < c.points:
             return self, None
         after = JumpDetector(c, flat, sweep.stamp)
-        return after, self._change(after)
-
-    def _change(self, after: JumpDetector) -> Change | None:
-        """Return how much of the next sweep does not follow from this one."""
-        c = self.config
-        if self.seen is None or after.seen is None:
-            return None
-        old = _overlap(after.seen, self.seen, c.match_distance)
-        again = _overlap(self.seen, after.seen, c.match_distance)
-        return Change(1.0 - min(old, again), old < c.min_overlap)
-
-
-def _overlap(points: FloatArray, others: FloatArray, near: float) -> float:
-    """Return the share of some of the points that have another one near [m]."""
-    count = min(_COMPARED, len(points))
-    some = points[np.linspace(0, len(points) - 1, count).astype(np.int64)]
-    return share_near(some, others, near)
+        if self.seen is None:
+            return after, None
+        # Evenly chosen, so that many beams cost no more time.
+        some = np.linspace(0, len(flat) - 1, min(_COMPARED, len(flat))).astype(np.int64)
+        new = ~are_near(flat[some], self.seen, c.match_distance)
+        unexpected = new if mapped is None else new & ~mapped[level][some]
+        return after, Change(float(unexpected.mean()), bool(new.mean() > 1.0 - c.min_overlap))

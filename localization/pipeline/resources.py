@@ -8,7 +8,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from localization.compiled.scans import share_near
+from localization.compiled.scans import are_near
 from localization.config import LocalizerConfig
 from localization.maps.ground_height import FLAT
 from localization.maps.prepared_map import PreparedMap
@@ -72,7 +72,7 @@ class Resources:
         sweep, here = Sweep(0, point, np.zeros((1, 3)), seen), Pose.identity()
         match = register(sweep, self.world, here, np.eye(6), self.config.registration)
         self.beams.classify(sweep, here, np.full_like(match.distances, np.nan))
-        share_near(point[:, :2].copy(), point[:, :2].copy(), 1.0)
+        are_near(point[:, :2].copy(), point[:, :2].copy(), 1.0)
         track = OdometryTrack(knots=((0, here), (1, here)))
         track.carried(point[None], np.zeros(1, dtype=np.int64), here)
         alignment_covariance(point.repeat(2, axis=0), self.config.kiss)

@@ -265,8 +265,9 @@ def _judged(
     # Wheels without a gyro turn too roughly to say where a surface was seen before; the filter has been
     # corrected by the scanner.
     pose = state.filter.pose if r.config.sensors.displaced else state.odom_from_base
-    jump, change = state.jump.compared(record.sweep, pose)
     health, search, match = state.health, state.search, registration.match
+    mapped = None if match is None else match.mapped(r.config.registration.inlier_distance)
+    jump, change = state.jump.compared(record.sweep, pose, mapped)
     if match is not None:
         last = before.last
         elapsed = (record.sweep.stamp - last.stamp) / SECOND

@@ -50,7 +50,8 @@ _SAMPLING = 0.02
 _HARMLESS = 0.05
 """A match from a wider prior may depart by this much in directions that the sweep does not observe [m]."""
 _NEARLY = 0.05
-"""With a wider prior at least the same share of the sweep must be explained, but for this much."""
+"""With a wider prior a share of the sweep must be explained that is larger than before, or as large, by this much at least
+or at most."""
 _TURNS = (0.0, -1.0, 1.0, -2.0, 2.0)
 """Headings that are tried for a sweep that does not fit, in sigma of the widest prior: registration finds what
 is half of that away, between walls a few metres off."""
@@ -273,7 +274,7 @@ def _least_elsewhere(
         tried = config.sensors.displaced or slipping or state.health.doubtful
         return match.inlier_ratio - _NEARLY if tried else None
     if config.sensors.displaced and match.inlier_ratio < config.retry_below:
-        return match.inlier_ratio + _SAMPLING
+        return match.inlier_ratio + _NEARLY
     return None
 
 

@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from localization.geometry import FloatArray
-from localization.types.arrays import read_only
+from localization.types.arrays import BoolArray, read_only
 from localization.types.pose import Pose, Twist
 from localization.types.readings import Hint
 
@@ -121,6 +121,11 @@ class Match:
     """Share of the points that have a near, front-facing neighbour in the map, in [0, 1]."""
     ranges: RangeFit | None = None
     """What it says of the scanners' range bias; None in rough maps, whose own errors are larger, and of other methods."""
+
+    def mapped(self, within: float) -> BoolArray:
+        """Return (N,) whether each point of the sweep lies as near to a mapped surface as this [m]."""
+        near: BoolArray = np.abs(np.nan_to_num(self.distances, nan=np.inf)) < within
+        return near
 
 
 @dataclass(frozen=True, slots=True)

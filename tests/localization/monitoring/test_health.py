@@ -278,12 +278,11 @@ def test_break_in_what_is_seen_is_suspect_until_sweeps_fit_and_then_wants_a_chec
     assert not monitor.after_check().needs_check
 
 
-def test_people_who_step_up_change_what_is_seen_but_not_what_passes_through_the_map() -> None:
-    stepped_up = feed(STOOD, 1, CROWD, change=Change(0.4, most=False))
-    assert ask(stepped_up)[0] is Health.TRACKING
+def test_another_view_is_a_change_only_where_the_map_explains_less_of_it_than_before() -> None:
     another_aisle = ScanConsistency(0.24, 0.04, 0.1, 0.1)
     assert ask(feed(STOOD, 1, another_aisle, change=Change(0.4, most=False)))[0] is Health.SUSPECT
     assert ask(feed(STOOD, 1, another_aisle, change=Change(0.02, most=False)))[0] is Health.TRACKING
+    assert ask(feed(STOOD, 1, GOOD, change=Change(0.4, most=True)))[0] is Health.TRACKING
 
 
 def test_robot_that_drove_without_a_sweep_is_believed_only_as_far_as_the_next_one_fits() -> None:
