@@ -163,7 +163,7 @@ def test_where_nothing_can_be_kept_each_process_compiles_anew(tmp_path: Path) ->
     (package / "__pycache__").write_text("no folder")
     program = (
         "import numpy as np; from localization.compiled.scans import are_near as near;"
-        "print(near(np.zeros((2, 2)), np.zeros((1, 2)), 0.1))"
+        "print(near(np.zeros((2, 2)), np.zeros((1, 2)), 0.1).mean())"
     )
     home = {"HOME": "/dev/null", "XDG_CACHE_HOME": "/dev/null", "PATH": ""}
     done = subprocess.run(
