@@ -101,10 +101,6 @@ class EkfConfig:
     range_bias: float = 0.017
     """The bias of a scanner's ranges before any was learned, one sigma [m]: the data sheets of SICK's LMS111 and
     Hokuyo's UTM-30LX give +-30 mm, evenly distributed."""
-    mount_position: float = 0.001
-    """The error of the scanners' positions on the robot, added to each match, one sigma [m]."""
-    mount_angle: float = math.radians(0.02)
-    """The error of the scanners' orientations on the robot, added to each match, one sigma [rad]."""
 
     @classmethod
     def of(cls, sensors: SensorConfiguration) -> EkfConfig:

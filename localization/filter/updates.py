@@ -211,9 +211,7 @@ def update_height(state: FilterState, above: float, sigma: float) -> FilterState
     return corrected(state, np.array([-above]), h, np.eye(1) / (sigma**-2 - 1.0 / variance))
 
 
-def match_innovation(
-    state: FilterState, config: EkfConfig, match: Match
-) -> tuple[FloatArray, FloatArray, FloatArray]:
+def match_innovation(state: FilterState, match: Match) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Return innovation (k,), Jacobian (k, 13) and covariance (k, k) of a match's observable directions."""
     w = match.observable_directions
     # W is orthonormal where rotations are scaled: W S reads errors, W S^-1 reads information.
@@ -222,15 +220,14 @@ def match_innovation(
     h[:, :6] = rows
     unscaled = w / _SCALE
     r = inverse(unscaled @ match.information @ unscaled.T, "information of a match")
-    # A mount that is off shifts all points of a sweep alike, however many there are.
-    mount = np.diag(np.repeat([config.mount_position**2, config.mount_angle**2], 3))
-    mount += _by_range(state, match)
-    return rows @ difference(state.pose, match.map_from_base), h, r + rows @ mount @ rows.T
+    # A bias shifts all points of a sweep alike, however many there are.
+    r = r + rows @ _by_range(state, match) @ rows.T
+    return rows @ difference(state.pose, match.map_from_base), h, r
 
 
-def match_nis(state: FilterState, config: EkfConfig, match: Match) -> float:
+def match_nis(state: FilterState, match: Match) -> float:
     """Return the normalised innovation squared that a match would have."""
-    return nis_of(state, *match_innovation(state, config, match))
+    return nis_of(state, *match_innovation(state, match))
 
 
 def _by_range(state: FilterState, match: Match) -> FloatArray:
@@ -243,16 +240,16 @@ def update_match(
 ) -> FilterState:
     """Correct the pose by a match, in its observable directions.
 
-    All sweeps from one place share the errors of the map, of the mounts and of the ranges there. Any number of them
+    All sweeps from one place share the errors of the map and of the ranges there. Any number of them
     leaves the pose no better known than the map and the ranges are, and while the robot stands than one sweep can.
 
     Args:
         state: before.
-        config: least errors of a standing robot, errors of the mounts.
+        config: least errors of a standing robot.
         match: of a sweep.
         map_noise: error that the map's points near a place share, one sigma [m].
     """
-    updated = corrected(state, *match_innovation(state, config, match))
+    updated = corrected(state, *match_innovation(state, match))
     position, angle = map_noise, map_noise / LEVER
     if state.rest.stands(config):
         position = max(position, config.still_position)

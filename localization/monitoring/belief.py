@@ -42,8 +42,6 @@ class BeliefConfig:
     """How often the robot is carried off [1/s], before it is known whether the view changed."""
     independent: tuple[float, float] = (0.3, 0.2)
     """Sweeps count in full that are this long or this far apart [s, m]."""
-    most: float = 6.0
-    """How many nats one sweep says at most: something that nobody thought of may have caused it."""
     sure: float = 0.99
     """A pose is believed if so large a share of all poses with such evidence is right, and lost if as large a share is wrong."""
     mostly: float = 0.5
@@ -91,15 +89,14 @@ class Belief:
         )
         return Belief(math.log(right) - math.log(wrong))
 
-    def after_sweep(self, evidence: float, weight: float, config: BeliefConfig) -> Belief:
+    def after_sweep(self, evidence: float, weight: float) -> Belief:
         """Return the belief after a sweep.
 
         Args:
             evidence: of it.
             weight: share of it that is not known from the sweeps before.
-            config: how much one sweep may say.
         """
-        return Belief(self.odds + weight * min(max(evidence, -config.most), config.most))
+        return Belief(self.odds + weight * evidence)
 
     def at_least(self, odds: float) -> Belief:
         """Return the belief, but not below some odds."""

@@ -169,8 +169,9 @@ class HealthMonitor:
         evidence, off_map, mostly = 0.0, False, False
         if consistency is not None or refusal is not None:
             consistency = consistency or _NOTHING
-            # Of one that fits elsewhere, as a normal distribution falls off beyond the gate.
-            evidence = -0.5 * excess if excess else evidence_of(consistency, b)
+            # Of one that fits elsewhere, as a normal distribution falls off beyond the gate, or as of one that fits nowhere.
+            elsewhere = max(-0.5 * excess, evidence_of(_NOTHING, b))
+            evidence = elsewhere if excess else evidence_of(consistency, b)
             # What is refused may speak against the pose, but not for it.
             evidence = evidence if refusal is None else min(evidence, 0.0)
             off_map = consistency.unmapped > b.mostly
@@ -178,7 +179,7 @@ class HealthMonitor:
         # One sweep makes no pose lost: a reading that came too late may have caused it.
         least = _SUSPECT if mostly or not self.doubtful else -math.inf
         unexpected = 0.0 if change is None else change.unexpected
-        belief = since.after_sweep(evidence, independence(elapsed, moved, unexpected, b), b)
+        belief = since.after_sweep(evidence, independence(elapsed, moved, unexpected, b))
         belief = belief.at_least(min(self.belief.odds, least))
         doubted = not belief.sure(b)
         begins = doubted and not self.doubtful

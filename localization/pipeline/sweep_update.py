@@ -348,7 +348,7 @@ def _registered_turned(
             continue
         # Whether the robot can be there is asked of the place that the heading was tried at.
         prior = replace(wide, pose=start)
-        nis = match_nis(prior, r.config.ekf, match)
+        nis = match_nis(prior, match)
         better = best is None or match.inlier_ratio > best[1].inlier_ratio
         if better and _refusal(match, nis, r) is None:
             best = prior, match, nis
@@ -376,7 +376,7 @@ def _registered(
         ranges = match.ranges and match.ranges.counted(share)
         match = replace(match, information=share * match.information, ranges=ranges)
     constrained = len(match.observable_directions) > 0
-    return match, match_nis(filter_, r.config.ekf, match) if constrained else 0.0
+    return match, match_nis(filter_, match) if constrained else 0.0
 
 
 def _refusal(match: Match, nis: float, r: Resources) -> Refusal | None:

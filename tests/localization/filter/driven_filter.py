@@ -49,10 +49,10 @@ class DrivenFilter:
         self.state = updates.update_match(self.state, self.config, match)
 
     def match_nis(self, match: Match) -> float:
-        return updates.match_nis(self.state, self.config, match)
+        return updates.match_nis(self.state, match)
 
     def match_innovation(self, match: Match) -> tuple[FloatArray, FloatArray, FloatArray]:
-        return updates.match_innovation(self.state, self.config, match)
+        return updates.match_innovation(self.state, match)
 
     def update_relative(
         self, then: Pose, motion: Pose, covariance: FloatArray, used: FloatArray

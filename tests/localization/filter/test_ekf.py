@@ -437,7 +437,7 @@ def test_match_leaves_directions_that_it_does_not_keep() -> None:
 
 
 def test_nis_of_a_match_is_its_squared_distance_in_sigmas() -> None:
-    ekf = DrivenFilter(EkfConfig(mount_position=0.0, mount_angle=0.0))
+    ekf = DrivenFilter()
     ekf.reset_pose(Pose.identity(), np.diag(np.square(3.0 * GOOD)))
     there = Pose.from_rotation(np.array([0.06, 0.0, 0.0]), np.eye(3))
     wanted = 0.06**2 / (0.01**2 + 0.03**2)
@@ -677,7 +677,7 @@ def test_covariance_stays_symmetric_and_positive_whatever_comes(seed: int) -> No
 
 def test_lever_is_the_same_on_both_sides_of_a_match() -> None:
     """A direction of one unit means 1/LEVER radians of turn: information in radians is met exactly."""
-    ekf = DrivenFilter(EkfConfig(mount_position=0.0, mount_angle=0.0))
+    ekf = DrivenFilter()
     only_yaw = np.eye(6)[5:]
     innovation, h, r = ekf.match_innovation(match_of(Pose.planar(0, 0, 0.1), GOOD, only_yaw))
     assert innovation == pytest.approx([0.1 * LEVER])
