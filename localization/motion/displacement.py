@@ -39,21 +39,15 @@ def with_turn(step: Pose, turn: float) -> Pose:
     return Pose.planar(c * x - s * y, s * x + c * y, turn)
 
 
-def arc_of(step: Pose) -> tuple[float, float]:
-    """Return the signed lengths of a motion's arc, ahead and to the left, in the axes that the base has on its way [m].
+def arc_length(step: Pose) -> float:
+    """Return the signed length of a motion's arc in the direction in which the robot looks [m].
 
     A chord is turned from the start by half of the arc's turn, and shorter than the arc.
     """
     half = 0.5 * step.yaw
     x, y = step.position[:2].tolist()
     longer = half / math.sin(half) if abs(half) > 1e-6 else 1.0
-    c, s = math.cos(half), math.sin(half)
-    return float((x * c + y * s) * longer), float((y * c - x * s) * longer)
-
-
-def arc_length(step: Pose) -> float:
-    """Return the signed length of a motion's arc in the direction in which the robot looks [m]."""
-    return arc_of(step)[0]
+    return float((x * math.cos(half) + y * math.sin(half)) * longer)
 
 
 def odometry_step(before: Odometry, after: Odometry) -> Pose | None:
