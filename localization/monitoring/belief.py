@@ -33,7 +33,7 @@ class BeliefConfig:
     sweep: tuple[float, float, float] = (8.4, 3.65, 1.45)
     """Evidence of one sweep against the pose: at all, by the logarithm of the share that the map leaves unexplained, and by
     that of the share that passes through mapped surfaces."""
-    change: tuple[float, float] = (4.4, 39.0)
+    change: tuple[float, float] = (4.6, 38.0)
     """Evidence between two sweeps: against that the robot was carried at all, and for it by the share that neither the last
     one shows nor the map."""
     rate: float = 0.001
