@@ -73,7 +73,7 @@ MECHANISMS: Mapping[str, Change] = {
     "slip memory": without(slip_memory=1),
     "slip window": without(slip_window=0.0),
     "annealed kernel": without("registration", kernel_wide=0.04, rough_kernel_wide=0.1),
-    "debiasing": without("registration", debias=0.0),
+    "debiasing": without("registration", debias=0.04),
     "effective points": without("registration", effective_points=math.inf),
     "noise along rough walls": without("registration", tangential=0.0),
     "rough maps": without("registration", rough=math.inf),

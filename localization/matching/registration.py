@@ -188,6 +188,9 @@ def register(
     return _conclude(sweep, world, pose, seen, lengths, config, rough=rough)
 
 
+_UNSEEN = 1e-9
+"""A direction in which a sweep has a smaller share of its most information is not observed, however exact the normals
+are: rounding alone makes that much."""
 _SCALE = np.array([1.0, 1.0, 1.0, LEVER, LEVER, LEVER])
 _STEP_SHARE = 0.025
 """A step shorter than this share of a point's error ends the iterations: 0.5 mm in a smooth map, 1 mm in a grid."""
@@ -354,6 +357,7 @@ def observable_directions(
     both = np.outer(_SCALE, _SCALE)
     values, vectors = np.linalg.eigh(hessian / both)
     faked = np.einsum("ji,jk,ki->i", vectors, fake / both, vectors)
-    directions: FloatArray = np.ascontiguousarray(vectors[:, values > config.debias * faked].T)
+    least = np.maximum(config.debias * faked, _UNSEEN * values[-1])
+    directions: FloatArray = np.ascontiguousarray(vectors[:, values > least].T)
     directions.flags.writeable = False
     return directions

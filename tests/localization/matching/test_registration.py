@@ -8,7 +8,13 @@ from localization.filter.pose_error import LEVER, difference
 from localization.geometry import so3_exp
 from localization.maps.cloud import Cloud
 from localization.maps.prepared_map import PreparedMap, prepare
-from localization.matching.registration import Residuals, register, residuals
+from localization.matching.registration import (
+    RegistrationConfig,
+    Residuals,
+    observable_directions,
+    register,
+    residuals,
+)
 from localization.types import Pose, Sweep
 from tests.support import floats, poses, vectors
 from tests.support_rooms import CORRIDOR, HALL, Face, Place, apart, box
@@ -262,3 +268,11 @@ def test_kept_directions_are_orthonormal_and_carry_the_information(hall: Prepare
     scaled = scale @ match.information @ scale
     assert w.T @ w @ scaled @ w.T @ w == pytest.approx(scaled, abs=1e-6 * np.abs(scaled).max())
     assert isinstance(residuals(NOTHING, hall, TRUE), Residuals)
+
+
+def test_direction_in_which_rounding_alone_informs_is_not_observed_by_exact_normals_either() -> (
+    None
+):
+    hessian = np.diag([1e6, 1e6, 1e6, 1e6, 1e6, 1e-7])
+    exact = RegistrationConfig(debias=0.0)
+    assert len(observable_directions(hessian, np.zeros((6, 6)), exact)) == 5
