@@ -30,7 +30,7 @@ _PROBLEM = CalibrationConfig(ground_sigma=(0.01, float(np.deg2rad(0.5))))
 """The calibration's own settings, but for the ground: its error is that of a piece of the drive, not of all."""
 
 
-_BEAMS = 180
+_BEAMS = 90
 """Largest number of beams of a scanner that are compared, evenly chosen: they inform like 60 independent ones at most."""
 
 
