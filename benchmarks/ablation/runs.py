@@ -20,17 +20,12 @@ DECIDING = (
     "wider priors",
     "wider priors for what fits badly",
     "wider priors while wheels slip",
-    "gain of a wider prior",
     "minimum inlier ratio",
     "jumps after gaps",
     "evidence of being carried",
-    "growth of what passes through the map",
     "sweeps that share their errors",
-    "most that one sweep says",
     "poses that mostly fit",
     "lasting doubt before a check",
-    "agreement over a way",
-    "end of comparing",
     "waiting between searches",
     "work bound",
 )
@@ -41,7 +36,7 @@ SPECIAL: Mapping[str, tuple[str, ...]] = {
     "put wrong": DECIDING,
     "kidnaps": DECIDING,
     "late scans": ("late readings", "registration cache"),
-    "mount 2 deg off": ("mount uncertainty", "extrinsics monitor"),
+    "mount 2 deg off": ("extrinsics monitor",),
 }
 """Drives made for some mechanisms; they are run without those only."""
 
