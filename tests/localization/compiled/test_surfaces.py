@@ -152,6 +152,7 @@ def test_first_surface_on_a_beam_is_the_nearest_that_it_cuts(hall: PreparedMap) 
     assert np.isinf(met[1]), "the ceiling is farther than was asked for"
 
 
+@pytest.mark.slow
 def test_where_nothing_can_be_kept_each_process_compiles_anew(tmp_path: Path) -> None:
     """As of an installation in a file system that is read-only, with no home."""
     package = tmp_path / "localization" / "compiled"

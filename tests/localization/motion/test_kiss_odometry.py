@@ -189,6 +189,7 @@ def usual() -> str:
     return printed()
 
 
+@pytest.mark.slow
 def test_environment_does_not_configure_kiss(usual: str) -> None:
     settings = {
         "kiss_icp_data": '{"max_range": 1.0, "deskew": true}',

@@ -65,6 +65,7 @@ async def test_a_client_logs_in_by_its_certificate(topic: str, tmp_path: Path) -
             await running.reads()
 
 
+@pytest.mark.slow
 @in_a_loop
 async def test_a_broker_that_is_not_reached_is_explained_in_a_line_with_what_would_help(
     topic: str, tmp_path: Path
@@ -90,6 +91,7 @@ async def test_a_broker_that_is_not_reached_is_explained_in_a_line_with_what_wou
             assert f"{at} speaks TLS: add --tls" in running.said[0]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("mechanism", ["PLAIN", "SCRAM-SHA-256"])
 @in_a_loop
 async def test_a_login_that_is_refused_ends_nothing_and_is_said_in_a_line(

@@ -109,6 +109,7 @@ async def test_requests_of_one_address_share_what_the_link_carries() -> None:
     assert 1.9 < took[1] / took[0] < 2.1
 
 
+@pytest.mark.slow
 @in_a_loop
 async def test_server_ends_though_an_answer_waits_for_a_link_that_carries_nothing() -> None:
     robot = Robot("blackout=1000")

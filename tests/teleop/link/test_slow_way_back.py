@@ -117,6 +117,7 @@ async def test_command_with_a_stamp_is_as_old_as_what_its_driver_sees_over_a_slo
     assert max(short) < 0.4 + seen.late
 
 
+@pytest.mark.slow
 @in_a_loop
 async def test_driver_behind_a_slow_way_back_that_subscribes_to_nothing_is_not_slowed() -> None:
     async with (
@@ -128,6 +129,7 @@ async def test_driver_behind_a_slow_way_back_that_subscribes_to_nothing_is_not_s
     assert max(seen.estimated[5:]) < 0.5 + seen.late
 
 
+@pytest.mark.slow
 @in_a_loop
 async def test_driver_beside_a_viewer_behind_a_slow_way_back_is_not_slowed() -> None:
     async with (

@@ -156,6 +156,7 @@ def test_invalid_request_is_answered_in_one_line(
     assert complaint in capsys.readouterr().err
 
 
+@pytest.mark.slow
 def test_cloud_of_a_scene_that_cannot_be_written_is_said_before_the_survey(
     plan: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:

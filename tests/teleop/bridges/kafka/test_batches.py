@@ -75,6 +75,7 @@ async def test_five_commands_of_one_request_are_driven_once_each_without_an_age_
         assert not [line for line in running.said if "begun again" in line]
 
 
+@pytest.mark.slow
 @in_a_loop
 async def test_a_restart_between_two_requests_drives_nothing_again(
     tansu: Broker, topic: str, tmp_path: Path
@@ -108,6 +109,7 @@ async def test_a_request_that_was_sent_before_the_first_start_is_not_driven(
             assert steps.begun == [0.25]
 
 
+@pytest.mark.slow
 @in_a_loop
 async def test_a_log_that_was_made_again_is_followed_and_said_so(
     tansu: Broker, topic: str, tmp_path: Path

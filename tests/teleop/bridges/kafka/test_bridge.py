@@ -7,6 +7,8 @@ import re
 import time
 from pathlib import Path
 
+import pytest
+
 from tests.teleop.bridges.kafka.support import bridge, reading, sender, until
 from tests.teleop.bridges.support import Broker, Link, robot
 from tests.teleop.support import in_a_loop
@@ -66,6 +68,7 @@ async def test_a_step_that_the_bridge_was_ended_in_is_answered_interrupted_and_n
         assert steps.ended == [0.5, -0.5]
 
 
+@pytest.mark.slow
 @in_a_loop
 async def test_commands_that_waited_for_the_robot_or_were_sent_long_ago_are_not_obeyed(
     tansu: Broker, topic: str, tmp_path: Path

@@ -43,6 +43,7 @@ async def beside(*works: Any) -> AsyncIterator[None]:
         await asyncio.wait(tasks)
 
 
+@pytest.mark.slow
 @in_a_loop
 async def test_a_robot_that_leans_tilts_the_platform_in_datagrams_and_on_topics() -> None:
     said: list[str] = []

@@ -6,6 +6,8 @@ import asyncio
 import json
 from typing import Any
 
+import pytest
+
 from tests.teleop.bridges.rest.support import JSON, PLAIN, glasses, proxy
 from tests.teleop.bridges.support import PATIENCE, Broker
 from tests.teleop.support import in_a_loop
@@ -20,6 +22,7 @@ SOURCES = {
 }
 
 
+@pytest.mark.slow
 @in_a_loop
 async def test_the_glasses_find_the_streams_and_send_their_commands(
     tansu: Broker, topic: str

@@ -131,6 +131,7 @@ async def test_a_board_takes_the_pose_of_the_robot_and_its_angles_come_back_with
     assert not feedback or np.degrees(board.angles) == pytest.approx(READY[:5], abs=2.0)
 
 
+@pytest.mark.slow
 @in_a_loop
 async def test_a_board_that_is_unplugged_in_mid_line_is_found_again(tmp_path: Path) -> None:
     link = tmp_path / "board"
@@ -162,6 +163,7 @@ async def test_a_board_that_is_reset_goes_on_by_itself(tmp_path: Path) -> None:
         await until(says(said, "the board has started"), said)
 
 
+@pytest.mark.slow
 @in_a_loop
 async def test_garbage_from_a_board_is_dropped_and_said(tmp_path: Path) -> None:
     with plugged_in(ServoBoard(TABLE), tmp_path / "board") as port:
@@ -176,6 +178,7 @@ async def test_garbage_from_a_board_is_dropped_and_said(tmp_path: Path) -> None:
             assert all(np.all(np.abs(np.array(m["data"]) - STOW) < 1.9) for m in made.mirrored)
 
 
+@pytest.mark.slow
 @in_a_loop
 async def test_two_bridges_do_not_share_a_board(tmp_path: Path) -> None:
     link = tmp_path / "board"
@@ -200,6 +203,7 @@ async def test_a_file_that_is_no_port_is_named(tmp_path: Path) -> None:
         await until(says(said, f"no board at {tmp_path / 'board'}: it is no serial port;"), said)
 
 
+@pytest.mark.slow
 @in_a_loop
 async def test_a_board_that_takes_nothing_stops_nothing_else(tmp_path: Path) -> None:
     with BoardPort(tmp_path / "board") as port:
@@ -234,6 +238,7 @@ async def test_values_that_are_no_pose_are_not_sent(tmp_path: Path) -> None:
             await until(lambda: made.mirrors(STOW))
 
 
+@pytest.mark.slow
 @in_a_loop
 async def test_a_robot_that_is_lost_leaves_the_board_where_it_is_until_it_is_back(
     tmp_path: Path,

@@ -11,6 +11,7 @@ from teleop.robot.tick_record import TickRecord
 from tests.teleop.support import Robots, in_a_loop, peer
 
 
+@pytest.mark.slow
 @in_a_loop
 async def test_each_change_of_who_drives_is_said_once(
     robots: Robots, caplog: pytest.LogCaptureFixture

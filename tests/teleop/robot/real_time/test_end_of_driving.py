@@ -95,6 +95,7 @@ class Driving:
         return [float(tick.control.twist.linear[0]) for tick in self.ticks]
 
 
+@pytest.mark.slow
 def test_last_commands_are_zero_and_the_robot_stands_whatever_a_client_still_wants(
     office: World,
 ) -> None:

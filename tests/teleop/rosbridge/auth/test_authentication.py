@@ -110,6 +110,7 @@ async def test_wrong_tokens_are_rejected_in_the_handshake() -> None:
             await Client(server.url).connect()
 
 
+@pytest.mark.slow
 @in_a_loop
 async def test_clients_without_auth_are_disconnected_after_the_timeout() -> None:
     async with (

@@ -188,6 +188,7 @@ async def test_reconnecting_restores_subscriptions_and_advertisements() -> None:
     ]
 
 
+@pytest.mark.slow
 @in_a_loop
 async def test_client_without_reconnect_stays_disconnected() -> None:
     async with serving() as server:
@@ -208,6 +209,7 @@ async def test_client_without_reconnect_stays_disconnected() -> None:
     await client.close()
 
 
+@pytest.mark.slow
 @in_a_loop
 async def test_unresponsive_server_is_detected_by_pings() -> None:
     async with serving(lockstep=True) as server:

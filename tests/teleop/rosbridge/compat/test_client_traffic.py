@@ -4,6 +4,7 @@ import asyncio
 from typing import Any
 
 import numpy as np
+import pytest
 
 from teleop.rosbridge import Client, Keepalive, publish_client_traffic
 from tests.teleop.rosbridge.server.test_server import (
@@ -28,6 +29,7 @@ def by_name(message: Any) -> dict[str, tuple[int, str, dict[str, str]]]:
     }
 
 
+@pytest.mark.slow
 @in_a_loop
 async def test_slow_clients_are_reported_with_their_dropped_messages() -> None:
     async with serving(keepalive=Keepalive(0.05, 5.0, 30.0)) as server:

@@ -12,6 +12,8 @@ from collections.abc import Callable, Coroutine
 from functools import wraps
 from typing import Any
 
+import pytest
+
 from teleop.rosbridge import DatedEventLoop, Server
 from teleop.rosbridge.server.dated_loop import _DatedSelector, arrival_now
 from tests.teleop.rosbridge.server.test_server import client, in_a_loop, serving, until
@@ -111,6 +113,7 @@ async def test_frames_behind_a_pause_of_reading_are_dated_at_its_begin() -> None
         assert server.backlog(1) == 0
 
 
+@pytest.mark.slow
 @in_a_loop
 async def test_backlog_counts_frames_that_are_not_processed_and_parts_of_frames() -> None:
     async with serving() as server, client(server) as a:

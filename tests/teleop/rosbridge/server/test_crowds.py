@@ -162,6 +162,7 @@ async def test_takers_of_a_file_at_many_addresses_leave_one_place_for_another() 
 # Lines in the log
 
 
+@pytest.mark.slow
 @in_a_loop
 async def test_floods_are_logged_in_a_line_a_minute(caplog: pytest.LogCaptureFixture) -> None:
     async with serving(ClientLimits()) as server:

@@ -70,6 +70,7 @@ def test_reconnecting_does_not_refill_the_frames() -> None:
     assert [fresh.excess(PING, SECOND) for _ in range(100)] == [None] * 100
 
 
+@pytest.mark.slow
 @in_a_loop
 async def test_floods_of_empty_frames_end_with_1008(monkeypatch: pytest.MonkeyPatch) -> None:
     parsed = 0

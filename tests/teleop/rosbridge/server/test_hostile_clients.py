@@ -110,6 +110,7 @@ VIOLATIONS = {
 }
 
 
+@pytest.mark.slow
 @in_a_loop
 async def test_websocket_violations_close_with_their_code() -> None:
     async with beside_a_stream() as server:
@@ -175,6 +176,7 @@ async def mutates(server: Server) -> None:
         writer.close()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("attack", [slow_loris, half_open, deep_and_wide, floods, mutates])
 @in_a_loop
 async def test_hostile_clients_cost_others_no_message(
@@ -214,6 +216,7 @@ async def test_requests_that_are_too_long_odd_or_in_doubt_are_answered_with_thei
             writer.close()
 
 
+@pytest.mark.slow
 @in_a_loop
 async def test_unresponsive_connection_within_a_frame_is_closed() -> None:
     async with beside_a_stream(keepalive=Keepalive(0.05, 1.0, 1.0)) as server:

@@ -115,6 +115,7 @@ async def test_client_that_leaves_during_a_download_is_not_logged(
     assert [record.getMessage() for record in caplog.records] == []
 
 
+@pytest.mark.slow
 @in_a_loop
 async def test_connections_without_request_are_aborted(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(opening, "HEADER_TIMEOUT", 0.1)

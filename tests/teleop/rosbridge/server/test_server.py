@@ -238,6 +238,7 @@ async def test_clients_that_read_nothing_are_disconnected() -> None:
         assert log.disconnections[0].closed_for == "does not read from its socket"
 
 
+@pytest.mark.slow
 @in_a_loop
 async def test_disconnections_below_the_messages_have_a_reason_and_goodbyes_have_none() -> None:
     async with serving(ClientLimits(control=10, burst=1)) as server:
@@ -251,6 +252,7 @@ async def test_disconnections_below_the_messages_have_a_reason_and_goodbyes_have
         assert reasons == ["more than 10 pings and pongs/s", ""]
 
 
+@pytest.mark.slow
 @in_a_loop
 async def test_clients_with_too_many_queued_responses_are_disconnected() -> None:
     async with serving(queue_limits=QueueLimits(control=10_000)) as server, client(server) as a:

@@ -19,6 +19,8 @@ from teleop.scenario.operators.building import operator_of
 from teleop.scenario.session.inbox_file import read_inboxes
 from tests.teleop.scenario.session.support import Run, digests, run, scenario
 
+pytestmark = pytest.mark.slow
+
 READY = np.array(load_arm().poses["ready"])
 QUIET: dict[str, Any] = {"noise": 0.0, "unrest": 0.0}
 
@@ -43,7 +45,6 @@ def tips(found: Run) -> FloatArray:
     return np.array([arm.tip.position for arm in arms(found)])
 
 
-@pytest.mark.slow
 def test_hand_leads_the_tip_where_it_is_wanted_and_the_run_is_over() -> None:
     to = [0.26, 0.05, 0.08]
     found = done({"kind": "move", "to": "ready"}, {"kind": "reach", "to": to}, **QUIET)
@@ -52,7 +53,6 @@ def test_hand_leads_the_tip_where_it_is_wanted_and_the_run_is_over() -> None:
     assert ArmMode.HAND in {arm.mode for arm in arms(found)}
 
 
-@pytest.mark.slow
 def test_hand_in_circles_moves_the_tip_in_circles() -> None:
     tasks = ({"kind": "move", "to": "ready"}, {"kind": "sweep", "radius": 0.04, "lasting": 5})
     moved = tips(done(*tasks, **QUIET))[-120:]
@@ -81,7 +81,6 @@ def test_joints_are_sent_as_they_are_and_refused_if_they_are_bad() -> None:
     assert found.session.referee.judged()[1]["arm_refused"] == 1
 
 
-@pytest.mark.slow
 def test_lost_track_is_sent_as_the_task_says() -> None:
     found = done({"kind": "lose", "by": [0.5, 0.0, 0.0], "drift": 0.1}, **QUIET)
     wishes = [m.wish for tick in found.ticks for m in tick.inbox if isinstance(m, ArmWish)]
@@ -93,7 +92,6 @@ def test_lost_track_is_sent_as_the_task_says() -> None:
     assert not hands[-1].engaged
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("planned", [False, True], ids=["by hand", "planned"])
 def test_box_is_picked_and_put_and_the_run_repeats(planned: bool, tmp_path: Path) -> None:
     world = {"arm": "s2", "scanner": "none", "parcels": [{"name": "box", "at": [3.02, 4.0]}]}

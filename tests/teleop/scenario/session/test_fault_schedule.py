@@ -284,6 +284,7 @@ def test_fault_of_no_duration_begins_before_it_ends() -> None:
     ]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", ["wheel_slip", "scanner_dead", "scanner_dirty", "link"])
 def test_fault_of_no_duration_does_no_harm(kind: str) -> None:
     chosen = scenario({"kind": kind, "at": 0.2, **KINDS[kind], "lasting": 0.0}, time=0.4)

@@ -104,6 +104,7 @@ async def test_a_viewer_beyond_the_most_is_refused_until_one_leaves(tmp_path: Pa
             await viewer.connection.close()
 
 
+@pytest.mark.slow
 @in_a_loop
 async def test_tokens_and_tickets_admit_and_a_withdrawn_token_ends_the_connection(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
