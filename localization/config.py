@@ -90,6 +90,8 @@ class LocalizerConfig:
     sweep_period: float = 0.1
     """Sweeps that arrive faster share the errors of map and mounts, and together inform like one sweep
     in this time [s]. The information of a sweep was tuned at 10 Hz."""
+    sweep_distance: float = 0.03
+    """Sweeps that come as displacements count in full if the robot has moved on by this distance [m]."""
     slip_window: float = 0.08
     """Wheels and KISS-ICP are compared over at least this time [s]: each sweep of a scanner of 10 Hz,
     several of faster ones."""

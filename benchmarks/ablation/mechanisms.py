@@ -24,7 +24,6 @@ REMOVED = (
     "end of comparing",
     "gain of a wider prior",
     "growth of what passes through the map",
-    "information by way",
     "most that one sweep says",
     "mount uncertainty",
 )
@@ -78,6 +77,7 @@ MECHANISMS: Mapping[str, Change] = {
     "noise along rough walls": without("registration", tangential=0.0),
     "rough maps": without("registration", rough=math.inf),
     "information by sweep period": without(sweep_period=1e-9),
+    "information by way": without(sweep_distance=math.inf),
     "noise that a place shares": without(map_share=0.0),
     "minimum inlier ratio": without(min_inlier_ratio=0.0),
     "bias of ranges": without("ekf", range_bias=1e-6),

@@ -215,9 +215,15 @@ def _matched(
 def _share(state: State, elapsed: float, config: LocalizerConfig) -> float:
     """Return the share of a sweep's information that counts.
 
-    Sweeps from one place share the errors of the map there.
+    Sweeps from one place share the errors of the map there. Where motion comes as displacements, stamps may
+    be bursts, and a sweep counts in full once the robot has moved on.
     """
-    return min(1.0, elapsed / config.sweep_period)
+    share = elapsed / config.sweep_period
+    if config.sensors.displaced:
+        moved = state.last.odom_from_base.inverse() @ state.odom_from_base
+        distance = float(np.hypot(*moved.position[:2])) + LEVER * abs(moved.yaw)
+        share = max(share, distance / config.sweep_distance)
+    return min(1.0, share)
 
 
 def _contradicts(state: State, observed: ObservedMotion, config: LocalizerConfig) -> bool:

@@ -100,6 +100,7 @@ RARE: frozenset[str] = frozenset(
         "search.refine",
         "search.same_yaw",
         "search.smallest_window_yaw",
+        "sweep_distance",
         "search_schedule.distance",
         "search_schedule.period",
         "good_inlier_ratio",
