@@ -73,6 +73,8 @@ class DeadReckoner:
     """Whether it came after the last pose."""
     report: tuple[int, FloatArray] | None = None
     """Time [ns] and attitude (3, 3) that were reported last."""
+    oriented: bool = False
+    """Whether reported orientations have changed: drivers without any may repeat the same one."""
     since: FloatArray = field(default_factory=lambda: _NO_TURN)
     """(3,) rotation vector by the gyro since then [rad]."""
     first_yaw: float | None = None
@@ -152,7 +154,7 @@ class DeadReckoner:
         attitude, flat = self._attitude(reading), self.motion.sensors.flat
         seconds = 0.0 if self.heard is None else (reading.stamp - self.heard) / SECOND
         rate = reading.angular_velocity
-        if flat or (self.report is None and attitude is None):
+        if flat or not self.oriented:
             # Nothing shows a tilt, or there is none, and the gyro's other axes would only make one up.
             rate = rate * _UPRIGHT
         state = replace(self, since=self.since + rate * seconds)
@@ -160,6 +162,7 @@ class DeadReckoner:
             if self.report is None:
                 state = self._begun_at(reading, attitude)
             elif reading.stamp - self.report[0] <= _APART and 0.0 < seconds <= _SILENCE:
+                state = state._unbiased()
                 rate = (so3_log(self.report[1].T @ attitude) - self.since) / seconds
             else:
                 state = self._headed(reading, attitude)
@@ -189,16 +192,19 @@ class DeadReckoner:
         """Return the state with the tilt that is reported for the first time, and the heading at the beginning."""
         yaw = yaw_from_rotation(attitude)
         tilt = rotation_from_euler(0.0, 0.0, self.pose.yaw - yaw) @ attitude
-        pose, known = (
-            Pose.from_rotation(self.pose.position, tilt),
-            _heading_sigma(reading) is not None,
-        )
+        pose = Pose.from_rotation(self.pose.position, tilt)
         found = with_pose(self.filter, pose, self.filter.covariance)
-        # Turns between reported orientations have no bias.
-        errors = found.full_covariance.copy()
-        errors[GYRO_BIAS] = errors[:, GYRO_BIAS] = 0.0
-        found = replace(found, full_covariance=errors, gyro_bias=_NO_TURN)
+        known = _heading_sigma(reading) is not None
         return replace(self, filter=found, first_yaw=yaw - self._yaw_at(reading) if known else None)
+
+    def _unbiased(self) -> DeadReckoner:
+        """Return the state whose turns are those between reported orientations, which have no bias."""
+        if self.oriented:
+            return self
+        errors = self.filter.full_covariance.copy()
+        errors[GYRO_BIAS] = errors[:, GYRO_BIAS] = 0.0
+        found = replace(self.filter, full_covariance=errors, gyro_bias=_NO_TURN)
+        return replace(self, filter=found, oriented=True)
 
     def _headed(self, reading: Inertial, attitude: FloatArray) -> DeadReckoner:
         """Return the state with its heading corrected by the reported one, after a time in which none was reported."""

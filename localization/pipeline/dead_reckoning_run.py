@@ -102,7 +102,7 @@ class DeadReckoningRun:
         wheels = "rim speeds" if self._wheels is WheelSpeeds else f"{wheels} of the odometry"
         if not self._inertial:
             return f"{wheels}, turned by the wheels"
-        if self._reckoner.report is None:
+        if not self._reckoner.oriented:
             return f"{wheels}, turned by the gyro"
         heading = "roll and pitch" if self._reckoner.first_yaw is None else "orientation"
         return f"{wheels}, turned by gyro and the {heading} that the inertial unit reports"

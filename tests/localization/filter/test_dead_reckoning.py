@@ -252,6 +252,20 @@ def test_heading_that_a_unit_does_not_know_is_that_of_its_gyro() -> None:
     assert state.pose.position[2] != 0.0
 
 
+def test_orientation_that_never_changes_is_ignored_and_the_gyro_turns_with_its_bias_unknown() -> (
+    None
+):
+    """Drivers without a filter of their own write the same quaternion into each message."""
+    level = np.array([1.0, 0.0, 0.0, 0.0])
+    course = Course(oriented=False)
+    repeated = [
+        replace(r, orientation=level) if isinstance(r, Inertial) else r for r in course.readings()
+    ]
+    state, gyro = reckoned(iter(repeated)), reckoned(course.readings())
+    assert off(state, course.pose(END)) < 0.01
+    assert state.covariance[5, 5] == pytest.approx(gyro.covariance[5, 5], rel=0.1)
+
+
 def test_heading_after_a_silence_is_the_reported_one_whatever_the_wheels_counted_meanwhile() -> (
     None
 ):
