@@ -23,7 +23,6 @@ from localization.motion.kiss_icp import KissConfig
 from localization.motion.late_readings import LateReadingsConfig
 from localization.motion.sensor_configuration import Motion, SensorConfiguration
 from localization.relocalization.branch_and_bound import MapSearchConfig
-from localization.relocalization.hypotheses import HypothesesConfig
 from localization.relocalization.search_config import SearchConfig
 from localization.relocalization.search_schedule import SearchScheduleConfig
 from localization.types import SECOND
@@ -52,7 +51,6 @@ class LocalizerConfig:
     jump_detection: JumpDetectionConfig = field(default_factory=JumpDetectionConfig)
     search: SearchConfig = field(default_factory=SearchConfig)
     map_search: MapSearchConfig = field(default_factory=MapSearchConfig)
-    hypotheses: HypothesesConfig = field(default_factory=HypothesesConfig)
     search_schedule: SearchScheduleConfig = field(default_factory=SearchScheduleConfig)
     scan_consistency: ScanConsistencyConfig = field(default_factory=ScanConsistencyConfig)
     matcher: Matcher = Matcher.PLANE

@@ -67,7 +67,6 @@ MECHANISMS: Mapping[str, Change] = {
     "wider priors for what fits badly": without(retry_below=0.0),
     "wider priors while wheels slip": without(good_inlier_ratio=2.0),
     "overspeed margin": without(overspeed_margin=1e3),
-    "wheel-gyro slip gate": without("ekf", wheel_yaw_gate=math.inf),
     "acceleration limit": without(max_acceleration=1e6),
     "slip memory": without(slip_memory=1),
     "slip window": without(slip_window=0.0),
@@ -87,7 +86,7 @@ MECHANISMS: Mapping[str, Change] = {
     "wheel calibration": without(
         "ekf", skid_steer=(1e-6, 1e-6, 1e-6, 1e-6), skid_steer_walk=(0.0, 0.0, 0.0, 0.0)
     ),
-    "tilt by accelerometer": without("ekf", tilt_gate=0.0),
+    "tilt by accelerometer": without("ekf", tilt=1e3),
     "jumps after gaps": without("jump_detection", gap_distance=math.inf),
     "evidence of being carried": without("belief", carried=0.0),
     "sweeps that share their errors": without("belief", independent=(1e-9, 1e-9)),
@@ -97,7 +96,7 @@ MECHANISMS: Mapping[str, Change] = {
     "neighbours along a corridor": without("search", compared=0),
     "waiting between searches": without("search_schedule", distance=0.0, period=0),
     "work bound": without("map_search", max_work=_NEVER),
-    "extrinsics monitor": without("extrinsics_monitor", step=math.inf, turn=math.inf),
+    "extrinsics monitor": without("extrinsics_monitor", sigmas=math.inf),
     "late readings": without("late_readings", horizon=0),
     "registration cache": without("late_readings", reuse_distance=0.0, reuse_angle=0.0),
 }

@@ -41,7 +41,6 @@ SPECIAL: Mapping[str, tuple[str, ...]] = {
 """Drives made for some mechanisms; they are run without those only."""
 
 WITH_GYRO = (
-    "wheel-gyro slip gate",
     "acceleration limit",
     "tilt by accelerometer",
     "slip window",
@@ -51,11 +50,7 @@ WITH_GYRO = (
 WITH_LATE = ("late readings", "registration cache")
 """Mechanisms for readings that come late, as they do in none of the simulated drives but that made for them."""
 
-PAIRS: tuple[tuple[str, ...], ...] = (
-    ("KISS-ICP odometry", "wider priors"),
-    ("KISS-ICP odometry", "wheel-gyro slip gate"),
-    ("wider priors", "wheel-gyro slip gate"),
-)
+PAIRS: tuple[tuple[str, ...], ...] = (("KISS-ICP odometry", "wider priors"),)
 """Mechanisms that can stand in for each other: what one contributes may show only where the other is missing."""
 
 

@@ -16,7 +16,7 @@ from localization.matching.scan_consistency import BeamClassifier
 from localization.relocalization.branch_and_bound import Pyramid, search_map
 from localization.relocalization.floor_plan import FloorPlan
 from localization.relocalization.hint_search import TICK, HintSearch, SearchState
-from localization.relocalization.hypotheses import Hypotheses, HypothesesConfig
+from localization.relocalization.hypotheses import Hypotheses
 from localization.relocalization.search_config import SearchConfig
 from localization.relocalization.search_work import SearchWork
 from localization.relocalization.verification import Weighing
@@ -146,7 +146,7 @@ def kidnap_trial(searcher: Searcher, moments: Sequence[Moment]) -> Kidnapping:
     As the localiser does: what is found is believed once it is surely better than the rest, and if no place is left
     the search begins anew.
     """
-    settings, weighing = HypothesesConfig(), searcher.weighing
+    weighing = searcher.weighing
     begin = moments[0]
     places, first_cost = _everywhere(searcher, begin)
     first_right = bool(places) and right(places[0].map_from_base, begin.truth)
@@ -170,7 +170,6 @@ def kidnap_trial(searcher: Searcher, moments: Sequence[Moment]) -> Kidnapping:
             searcher.world,
             weighing,
             searcher.config,
-            settings,
             RegistrationConfig(),
         )
         total += time.thread_time() - begun

@@ -11,7 +11,7 @@ import numpy as np
 from benchmarks.real.log_tracks import odometry_at_scans
 from benchmarks.real.logs import RealDrive
 from benchmarks.real.scores import Answer
-from benchmarks.replay.matchers import KISS_PEER, SmallGicp
+from benchmarks.replay.matchers import SmallGicp
 from benchmarks.replay.monte_carlo import MonteCarlo
 from localization.geometry import FloatArray
 from localization.matching.kiss_matcher import KissMatcher
@@ -70,7 +70,7 @@ class _Particles:
 
 
 def _kiss(drive: RealDrive, odom_from_base: Pose) -> Peer:
-    return Follower(KissMatcher(drive.world.cloud, KISS_PEER).locate, drive.start, odom_from_base)
+    return Follower(KissMatcher(drive.world.cloud).locate, drive.start, odom_from_base)
 
 
 def _gicp(drive: RealDrive, odom_from_base: Pose) -> Peer:

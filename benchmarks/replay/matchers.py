@@ -11,12 +11,8 @@ from localization.maps.cloud import Cloud
 from localization.maps.prepared_map import PreparedMap
 from localization.matching.matchers import Matcher, match_at
 from localization.matching.registration import RegistrationConfig
-from localization.motion.kiss_icp import KissConfig
 from localization.pipeline.localizer import LocalizerConfig
 from localization.types import Match, Pose, Sweep
-
-KISS_PEER = KissConfig(voxel=0.2, points_per_voxel=20, keypoint_spacing=0.01)
-"""Voxels of 0.2 m with 20 points each, every point of the sweep, one thread."""
 
 _LEAST = 0.3**-2
 """A direction of small_gicp is kept if it is known better than to 0.3 m [m^-2]; it has no measure of noisy normals."""
@@ -26,7 +22,6 @@ def plain(matcher: Matcher) -> LocalizerConfig:
     """Return our filter and its gates around a matcher, without what we add to them."""
     return LocalizerConfig(
         matcher=matcher,
-        kiss=KISS_PEER,
         kiss_odometry=False,
         good_inlier_ratio=2.0,
     )

@@ -4,6 +4,9 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field, replace
+from functools import lru_cache
+
+from scipy.special import chdtri
 
 from localization.motion.odometry_noise import OdometryNoise
 from localization.motion.sensor_configuration import Motion, SensorConfiguration
@@ -66,27 +69,18 @@ class EkfConfig:
     wheel_yaw_share: float = 0.05
     """The error of the wheels' yaw rate as a fraction of it: the track changes by 5 % with the curve (Wang
     et al. 2015)."""
-    wheel_yaw_gate: float = 9.0
-    """The largest squared error at which wheels and gyro agree: chi-square, 1 degree of freedom, 99.7 %;
-    beyond it the wheels of one side slip."""
     tilt: float = math.radians(3.5)
     """The error of one tilt measurement at 10 Hz [rad]: an accelerometer's 0.35 degrees of bias, which the
     next hundred measurements share, so that each counts a hundredth. 0.06 m/s^2; data sheets have 0.03
     (Xsens MTi-630) to 0.2 (Bosch BMI088, not calibrated)."""
     level: float = math.radians(0.1)
     """The tilt of a floor that is said to be flat [rad], at each ``update_level``: 1 cm in 6 m."""
-    tilt_gate: float = 13.8
-    """The largest squared error at which a tilt measurement is believed: chi-square, 2 degrees of freedom,
-    99.9 %."""
     still_speed: float = 0.002
     """Rim speeds below this mean that the wheels stand [m/s]: less than one tick of common encoders per
     reading at 50 Hz."""
     still_force: float = 0.05
     """The noise of one specific force against the mean of those since the robot stands [m/s^2]: 0.02 of a
     small MEMS unit at 50 Hz, the rest for vibration."""
-    still_gate: float = 21.1
-    """The largest squared departure of gyro or accelerometer from rest: chi-square, 3 degrees of freedom,
-    99.99 %."""
     still_settle: float = 0.2
     """A robot stands once nothing has moved for this long [s]: its body nods when it stops."""
     still_recover: float = 1.0
@@ -98,9 +92,16 @@ class EkfConfig:
     still_angle: float = math.radians(0.04)
     """The smallest error of roll, pitch and yaw of a standing robot, one sigma [rad]. Measured: 0.02 to 0.05
     degrees."""
+    consistent: float = 0.999
+    """The share of consistent errors that are believed: sweeps, tilts, wheels and gyros that are off by more than so
+    many would be are in error themselves, as by slip. The bounds of squared errors are its chi-square quantiles."""
     range_bias: float = 0.017
     """The bias of a scanner's ranges before any was learned, one sigma [m]: the data sheets of SICK's LMS111 and
     Hokuyo's UTM-30LX give +-30 mm, evenly distributed."""
+
+    def gate(self, dimensions: int) -> float:
+        """Return the largest squared, normalised error of so many dimensions that is believed."""
+        return _quantile(self.consistent, dimensions)
 
     @classmethod
     def of(cls, sensors: SensorConfiguration) -> EkfConfig:
@@ -134,6 +135,11 @@ class EkfConfig:
             odometry = replace(config.odometry, heave=1e-4, rocking=_ROCKING_LEVEL)
             config = replace(config, heave_noise=1e-4, level=_LEVEL, odometry=odometry)
         return config
+
+
+@lru_cache
+def _quantile(share: float, dimensions: int) -> float:
+    return float(chdtri(dimensions, 1.0 - share))
 
 
 _ANY_GYRO_BIAS = math.radians(1.0)

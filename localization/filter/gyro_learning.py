@@ -17,8 +17,6 @@ from localization.motion.odometry_noise import share_of_turn
 _REPORTED_BIAS = math.radians(0.3)
 """Error of the gyro's bias by comparison with a second of reported orientations [rad/s]: a compass beside motors and
 steel bends headings by degrees within metres."""
-_REPORTED_GATE = 16.3
-"""Largest squared error at which such a bias is believed: chi-square, 3 degrees of freedom, 99.9 %."""
 
 
 def learned_from_gyro(state: FilterState, config: EkfConfig, gyro: GyroStep) -> FilterState:
@@ -34,7 +32,7 @@ def learned_from_gyro(state: FilterState, config: EkfConfig, gyro: GyroStep) -> 
     if state.rest.stands(config):
         state = _at_rest(state, config, gyro)
     if gyro.bias is not None:
-        state = _bias_reported(state, gyro.bias)
+        state = _bias_reported(state, config, gyro.bias)
     if gyro.tilt is not None:
         state = update_reported_tilt(state, config, gyro.tilt, gyro.seconds)
     return state
@@ -60,7 +58,7 @@ def _wheels_compared(state: FilterState, config: EkfConfig, witness: TurnWitness
     # What the ratio adds to the turn beyond the slope is noise.
     lost = (turn / seconds) ** 2 - slope**2
     spread = bb + slope * (2.0 * bp + slope * pp) + lost * pp + variance / seconds**2
-    if innovation**2 / spread > c.wheel_yaw_gate:
+    if innovation**2 / spread > c.gate(1):
         return state
     return yaw_corrected(state, innovation, slope, spread)
 
@@ -77,11 +75,11 @@ def _at_rest(state: FilterState, config: EkfConfig, gyro: GyroStep) -> FilterSta
     return corrected(state, innovation, _OF_BIAS, noise)
 
 
-def _bias_reported(state: FilterState, bias: FloatArray) -> FilterState:
+def _bias_reported(state: FilterState, config: EkfConfig, bias: FloatArray) -> FilterState:
     """Learn the bias from orientations that the unit's own filter reports, unless they contradict the gyro."""
     innovation = bias - state.gyro_bias
     noise = np.eye(3) * _REPORTED_BIAS**2
-    if nis_of(state, innovation, _OF_BIAS, noise) > _REPORTED_GATE:
+    if nis_of(state, innovation, _OF_BIAS, noise) > config.gate(3):
         return state
     return corrected(state, innovation, _OF_BIAS, noise)
 

@@ -87,10 +87,10 @@ def update_wheel_yaw(
     # Derivatives by bias and psi: 1, w.
     (bb, _, bp), _, (_, _, pp) = state.full_covariance[8:11, 8:11].tolist()
     spread = bb + wheels * (2.0 * bp + wheels * pp)
-    if innovation**2 / (spread + variance) > c.wheel_yaw_gate:
+    if innovation**2 / (spread + variance) > c.gate(1):
         changed = abs(turning - float(state.twist.angular[2]))
         rest = max(0.0, abs(innovation) - changed)
-        return state, rest**2 / (spread + variance) <= c.wheel_yaw_gate
+        return state, rest**2 / (spread + variance) <= c.gate(1)
     if wheels_stand(left, right, c):
         return state, True
     return yaw_corrected(state, innovation, wheels, spread + variance), True
@@ -167,7 +167,7 @@ def update_tilt(state: FilterState, config: EkfConfig, elapsed: float) -> Filter
     sd = config.tilt * (1.0 + abs(float(np.linalg.norm(force)) - GRAVITY))
     r = np.eye(2) * (sd**2 * max(1.0, CORRELATION / elapsed))
     innovation = measured - np.array([roll, pitch])
-    if nis_of(state, innovation, h, r) <= config.tilt_gate:
+    if nis_of(state, innovation, h, r) <= config.gate(2):
         return corrected(state, innovation, h, r)
     return state
 
@@ -183,7 +183,7 @@ def update_reported_tilt(
     sigma = max(config.tilt, tilt.sigma)
     r = np.eye(2) * (sigma**2 * max(1.0, CORRELATION / elapsed))
     h = _tilt_jacobian(roll, pitch)
-    if nis_of(state, innovation, h, r) <= config.tilt_gate:
+    if nis_of(state, innovation, h, r) <= config.gate(2):
         return corrected(state, innovation, h, r)
     return state
 

@@ -20,6 +20,8 @@ from localization.mapping.window_search import scored_window
 from localization.relocalization.refinement import best_places
 from localization.relocalization.search_config import SearchConfig
 
+_PEAKS = 8
+"""Number of the best places of a search to which a sweep is aligned."""
 _CLEARLY = 0.1
 """A pose is clearly better than another if it explains this share more of a sweep, or by ``_DECISIVE``."""
 _DECISIVE = (2.0, 0.04)
@@ -171,7 +173,7 @@ class Submap:
         scores, found_at = scored_window(
             beams, centre[:2], half, yaws, c.step, (origin, likelihood, c.cell)
         )
-        peaks = best_places(scores, found_at[:, :2], found_at[:, 2], c, most=c.refine)
+        peaks = best_places(scores, found_at[:, :2], found_at[:, 2], c, most=_PEAKS)
         loose = np.diag(np.square([c.step, c.step, c.step_yaw]))
         found = [self.align(sweep, np.array(peak), loose) for peak in peaks]
         found.sort(key=lambda a: -a.inlier_ratio)

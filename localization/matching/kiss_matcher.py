@@ -7,10 +7,10 @@ import numpy as np
 from localization.maps.cloud import Cloud
 from localization.motion.kiss_icp import (
     FEWEST_POINTS,
+    POINTS_PER_VOXEL,
     KissAligner,
     KissConfig,
     VoxelHashMap,
-    thinned,
 )
 from localization.types import Pose, Sweep
 
@@ -19,16 +19,14 @@ class KissMatcher:
     """Owns KISS-ICP's voxel map of a cloud."""
 
     def __init__(self, cloud: Cloud, config: KissConfig = KissConfig()) -> None:  # noqa: B008  (frozen)
-        self._config = config
         self._aligner = KissAligner(config)
         # No distance can remove points from this map, for `update` is never called on it.
-        self._voxels = VoxelHashMap(config.voxel, 1e9, config.points_per_voxel)
+        self._voxels = VoxelHashMap(config.voxel, 1e9, POINTS_PER_VOXEL)
         # The binding requires an array that it could write to.
         self._voxels.add_points(np.array(cloud.points))
 
     def locate(self, sweep: Sweep, guess: Pose) -> Pose | None:
-        """Return the aligned ``map_from_base``, starting from a guess; None for a sweep without points."""
+        """Return where every point of a sweep aligns, ``map_from_base``, starting from a guess; None for a sweep without points."""
         if len(sweep.points) < FEWEST_POINTS:
             return None
-        keypoints = thinned(sweep.points, self._config.keypoint_spacing)
-        return self._aligner.align(keypoints, self._voxels, guess)
+        return self._aligner.align(np.array(sweep.points), self._voxels, guess)

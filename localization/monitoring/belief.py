@@ -16,7 +16,9 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from localization.types import ScanConsistency
+import numpy as np
+
+from localization.types import Pose, ScanConsistency
 
 _LEFT = 0.05
 """Added to the share of a sweep that is left unexplained before its logarithm: noise and edges leave so much."""
@@ -40,8 +42,8 @@ class BeliefConfig:
     """How often a pose becomes wrong by itself [1/s]: once in a quarter of an hour, which is a pessimist's."""
     carried: float = 0.01
     """How often the robot is carried off [1/s], before it is known whether the view changed."""
-    independent: tuple[float, float] = (0.3, 0.2)
-    """Sweeps count in full that are this long or this far apart [s, m]."""
+    independent: tuple[float, float, float] = (0.3, 0.2, 0.2)
+    """Sweeps are independent that are this long or this far apart, or turned by this much [s, m, rad]."""
     sure: float = 0.99
     """A pose is believed if so large a share of all poses with such evidence is right, and lost if as large a share is wrong."""
     mostly: float = 0.5
@@ -144,8 +146,14 @@ def independence(seconds: float, metres: float, unexpected: float, config: Belie
         unexpected: share of it that neither the last one shows nor the map.
         config: how long and how far apart sweeps count in full.
     """
-    time, distance = config.independent
+    time, distance, _ = config.independent
     return min(1.0, seconds / time + metres / distance + unexpected)
+
+
+def new_evidence(moved: Pose, config: BeliefConfig) -> bool:
+    """Return whether a robot that has moved so since a sweep sees enough that is new to weigh its place again."""
+    _, distance, turn = config.independent
+    return float(np.hypot(*moved.position[:2])) >= distance or abs(moved.yaw) >= turn
 
 
 def probabilities(odds: Sequence[float]) -> tuple[float, ...]:

@@ -15,6 +15,7 @@ import numpy as np
 
 from localization.geometry import FloatArray
 from localization.maps.prepared_map import PreparedMap
+from localization.monitoring.belief import BeliefConfig, new_evidence
 from localization.motion.odometry_track import OdometryTrack
 from localization.mount_estimation.calibration_config import AXES, CalibrationConfig
 from localization.mount_estimation.calibration_sample import CalibrationSample
@@ -38,11 +39,7 @@ _BEAMS = 90
 class ExtrinsicsMonitorConfig:
     """When a mount is reported as doubtful."""
 
-    step: float = 0.15
-    """A sweep is evaluated after this distance [m], or after ``turn``."""
-    turn: float = np.deg2rad(8.0)
-    """A sweep is evaluated after this turn [rad], or after ``step``."""
-    stretches: int = 8
+    stretches: int = 6
     """Number of stretches of sweeps before anything is reported: about 15 m."""
     remembered: int = 30
     """Largest number of stretches that are kept."""
@@ -60,8 +57,9 @@ class ExtrinsicsMonitor:
         world: PreparedMap,
         mounts: Mounts,
         config: ExtrinsicsMonitorConfig = ExtrinsicsMonitorConfig(),
+        belief: BeliefConfig = BeliefConfig(),  # noqa: B008  (frozen)
     ) -> None:
-        self.config = config
+        self.config, self._belief = config, belief
         self._world, self._mounts = world, dict(mounts)
         self._names = sorted(mounts)
         self._before: CalibrationSample | None = None
@@ -129,9 +127,7 @@ class ExtrinsicsMonitor:
         self._before, self._slot, self._open = None, 0, self._anew()
 
     def _far(self, before: CalibrationSample, odom_from_base: Pose) -> bool:
-        moved = before.odom_from_base.inverse() @ odom_from_base
-        way = float(np.hypot(*moved.position[:2]))
-        return way >= self.config.step or abs(moved.yaw) >= self.config.turn
+        return new_evidence(before.odom_from_base.inverse() @ odom_from_base, self._belief)
 
     def _judge(self) -> tuple[str, ...]:
         c = _PROBLEM

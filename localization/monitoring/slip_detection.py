@@ -5,8 +5,6 @@ from __future__ import annotations
 import math
 from typing import NamedTuple, Protocol
 
-from scipy.stats import chi2
-
 from localization.filter.ekf import FilterState
 from localization.filter.ekf_config import EkfConfig
 from localization.filter.prediction import rolling_noise
@@ -14,8 +12,6 @@ from localization.geometry import FloatArray
 from localization.motion.sensor_configuration import SensorConfiguration
 from localization.types import SECOND, Pose
 
-_SLIP_GATE = float(chi2.ppf(0.999, 1))
-"""Beyond it KISS-ICP's forward motion contradicts the wheels' (99.9 %)."""
 _RECENT = 4
 """Slip that ended no longer ago than so many times its memory may be what wheels come back from."""
 _ROOM = 3.0
@@ -344,10 +340,10 @@ class SlipDetector(NamedTuple):
         if self._outruns(off):
             return False
         # Variances of both: KISS-ICP's, and the random walk of rolling wheels over the window.
-        if off**2 > _SLIP_GATE * (float(covariance[0, 0]) + noise**2 * self.elapsed):
+        if off**2 > ekf.gate(1) * (float(covariance[0, 0]) + noise**2 * self.elapsed):
             return True
         sideways, loose = float(self.motion.position[1]), ekf.side_noise**2 * self.elapsed
-        gate = _SLIP_GATE * (float(covariance[1, 1]) + loose)
+        gate = ekf.gate(1) * (float(covariance[1, 1]) + loose)
         return state.standing(ekf) and sideways**2 > gate
 
     def _outruns(self, off: float) -> bool:

@@ -9,8 +9,10 @@ process when all stamps are equal.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Final
 
 import numpy as np
+from kiss_icp.config.config import MappingConfig
 from kiss_icp.mapping import VoxelHashMap as VoxelHashMap
 from kiss_icp.registration import Registration
 from kiss_icp.voxelization import voxel_down_sample
@@ -18,6 +20,8 @@ from kiss_icp.voxelization import voxel_down_sample
 from localization.geometry import FloatArray
 from localization.types import Pose
 
+POINTS_PER_VOXEL: Final = MappingConfig().max_points_per_voxel
+"""Largest number of points in a voxel: KISS-ICP's default."""
 FEWEST_POINTS = 30
 """Sweeps with fewer points than this are not aligned."""
 
@@ -32,10 +36,6 @@ class KissConfig:
 
     voxel: float = 0.2
     """Edge of the local and of the global map's voxels [m]."""
-    points_per_voxel: int = 20
-    """Largest number of points in a voxel; KISS-ICP's default."""
-    keypoint_spacing: float = 0.1
-    """Edge of the voxels by which a sweep is thinned before it is aligned [m]."""
     odometry_range: float = 30.0
     """Points farther away than this are dropped from the local map [m]."""
     max_correspondence_distance: float = 0.5
@@ -81,8 +81,8 @@ class KissAligner:
         return Pose.from_rotation(aligned[:3, 3], aligned[:3, :3])
 
 
-def thinned(points: FloatArray, edge: float) -> FloatArray:
-    """Return one of the points (N, 3) in each voxel of an edge [m]."""
+def thinned(points: FloatArray, config: KissConfig) -> FloatArray:
+    """Return one of the points (N, 3) in each cube of half a voxel's edge, as KISS-ICP adds them to its map."""
     # The binding requires an array that it could write to.
     writeable = points if points.flags.writeable else np.array(points)
-    return np.asarray(voxel_down_sample(writeable, edge))
+    return np.asarray(voxel_down_sample(writeable, 0.5 * config.voxel))

@@ -11,6 +11,7 @@ from localization.geometry import FloatArray
 from localization.motion.alignment_covariance import alignment_covariance
 from localization.motion.kiss_icp import (
     FEWEST_POINTS,
+    POINTS_PER_VOXEL,
     KissAligner,
     KissConfig,
     VoxelHashMap,
@@ -76,7 +77,7 @@ class KissOdometry:
     def __init__(self, config: KissConfig = KissConfig()) -> None:  # noqa: B008  (frozen)
         self.config = config
         self._aligner = KissAligner(config)
-        self._voxels = VoxelHashMap(config.voxel, config.odometry_range, config.points_per_voxel)
+        self._voxels = VoxelHashMap(config.voxel, config.odometry_range, POINTS_PER_VOXEL)
         self._held = KissState()
 
     def add(
@@ -99,16 +100,15 @@ class KissOdometry:
         if len(flat) < FEWEST_POINTS:
             return replace(state, pose=guess), None, None
         state = self._with_map_of(state)
-        pose, observed, covariance = guess, None, None
+        pose, observed, covariance, few = guess, None, None, thinned(flat, c)
         if not self._voxels.empty():
-            keypoints = thinned(flat, c.keypoint_spacing)
-            aligned = self._aligner.align(keypoints, self._voxels, guess)
+            aligned = self._aligner.align(few, self._voxels, guess)
             pose = Pose.planar(aligned.position[0], aligned.position[1], aligned.yaw)
             if strayed(guess, pose, c):
                 return KissState(pose=guess), None, None
             covariance = alignment_covariance(flat, c)
             observed = (state.pose.inverse() @ pose, covariance)
-        added = pose.apply(thinned(flat, 0.5 * c.voxel))
+        added = pose.apply(few)
         view = KissView(state.map_id, pose, added, covariance)
         state = _with_layer(state, view)
         self._voxels.add_points(added)

@@ -76,7 +76,7 @@ class Localizer:
         )
         self._events = EventQueue()
         self._extrinsics = ExtrinsicsMonitor(
-            self._resources.world, mounts, config.extrinsics_monitor
+            self._resources.world, mounts, config.extrinsics_monitor, config.belief
         )
         self._sweep: SweepProcessed | None = None
         """The newest sweep."""

@@ -14,7 +14,6 @@ from enum import Enum, auto
 from typing import TypeAlias
 
 import numpy as np
-from scipy.stats import chi2
 
 from localization.config import LocalizerConfig
 from localization.filter.covariance import horizontal_sigma
@@ -54,8 +53,6 @@ from localization.types import (
     WheelSpeeds,
 )
 
-_ELSEWHERE = float(chi2.ppf(0.9999, 3))
-"""Beyond it a place is not where the pose's uncertainty allows the robot to be (99.99 %)."""
 _LONGEST_MEAN = 0.1
 """Rim speeds are means over at most this time [s]; after a pause of the encoders those of the gyro are."""
 
@@ -341,7 +338,7 @@ def _possible(state: State, placement: Placement, config: LocalizerConfig) -> bo
     axes = [0, 1, 5]
     off = difference(state.filter.pose, placement.map_from_base)[axes]
     spread = state.filter.covariance + np.diag(np.square(config.placement_sigma))
-    return float(off @ np.linalg.solve(spread[np.ix_(axes, axes)], off)) <= _ELSEWHERE
+    return float(off @ np.linalg.solve(spread[np.ix_(axes, axes)], off)) <= config.ekf.gate(3)
 
 
 def _from_two_places(state: State, before: State, record: SweepRecord) -> bool:

@@ -14,7 +14,6 @@ from dataclasses import dataclass, replace
 from itertools import product
 
 import numpy as np
-from scipy.stats import chi2
 
 from localization.config import LocalizerConfig
 from localization.filter.ekf import FilterState, mark
@@ -40,8 +39,6 @@ from localization.pipeline.resources import Resources
 from localization.pipeline.state import LastSweep, State
 from localization.types import SECOND, Match, Pose, ScanConsistency
 
-_GATE = tuple(float(chi2.ppf(0.9999, k)) for k in range(1, 7))
-"""Largest normalised innovation squared of a match by its number of observable directions (99.99 %)."""
 _GROUND = 0.05
 """Error of a robot's height over the mapped ground, one sigma [m]: a third of a kerb, a small ramp, and the noise of the
 ground's cells on a slope."""
@@ -55,8 +52,6 @@ or at most."""
 _TURNS = (0.0, -1.0, 1.0, -2.0, 2.0)
 """Headings that are tried for a sweep that does not fit, in sigma of the widest prior: registration finds what
 is half of that away, between walls a few metres off."""
-_WITNESS_GATE = float(chi2.ppf(0.999, 3))
-"""Beyond it KISS-ICP's motion contradicts a displacement (99.9 %)."""
 _NONE_USED = np.zeros((0, 6))
 """No direction of a match was used."""
 
@@ -230,7 +225,7 @@ def _contradicts(state: State, observed: ObservedMotion, config: LocalizerConfig
     """Return whether KISS-ICP contradicts wheels that no gyro accompanies, by more than both allow."""
     if not config.sensors.displaced:
         return False
-    return relative_nis(state.filter, state.last.map_from_base, *observed) > _WITNESS_GATE
+    return relative_nis(state.filter, state.last.map_from_base, *observed) > config.ekf.gate(3)
 
 
 def _registered_by_witnesses(
@@ -390,7 +385,7 @@ def _refusal(match: Match, nis: float, r: Resources) -> Refusal | None:
     k = len(match.observable_directions)
     if k == 0 or match.inlier_ratio < r.config.min_inlier_ratio:
         return Refusal("the map does not explain the sweep")
-    gate = _GATE[k - 1]
+    gate = r.config.ekf.gate(k)
     if nis > gate:
         where = "the sweep fits the map where the robot cannot be"
         return Refusal(f"{where} (NIS {nis:.0f} of {gate:.0f})", nis - gate)

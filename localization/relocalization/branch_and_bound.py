@@ -181,7 +181,7 @@ def search_map(
         pyramid: pyramid of its floor plan.
         level: a pose whose height, roll and pitch the robot has.
         config: steps and thresholds.
-        window: if given, only places in it are examined, and fewer of them refined.
+        window: if given, only places in it are examined.
         registration: how places are registered.
         weighing: what weighs the places found.
 
@@ -212,8 +212,7 @@ def search_map(
         inside = pyramid.overlap(blocks, _FINEST, window)
         blocks, which, bounds = blocks[inside], which[inside], bounds[inside]
     places = pyramid.positions(blocks, _FINEST)
-    most = c.refine if window is None else config.refine
-    peaks = best_places(bounds, places, yaws[which], config, most=most)
+    peaks = best_places(bounds, places, yaws[which], config, most=c.refine)
     yield len(bounds)
     return (
         yield from refined_places(

@@ -16,7 +16,7 @@ import numpy as np
 
 from localization.maps.prepared_map import PreparedMap
 from localization.matching.registration import RegistrationConfig
-from localization.monitoring.belief import Belief, BeliefConfig
+from localization.monitoring.belief import Belief, BeliefConfig, new_evidence
 from localization.relocalization.search_config import SearchConfig
 from localization.relocalization.search_window import Window
 from localization.relocalization.verification import (
@@ -28,16 +28,6 @@ from localization.relocalization.verification import (
     settled_estimate,
 )
 from localization.types import Candidate, Pose, Sweep
-
-
-@dataclass(frozen=True, slots=True)
-class HypothesesConfig:
-    """When places are weighed again."""
-
-    step: float = 0.25
-    """A sweep is new evidence after this distance [m], or after ``turn``."""
-    turn: float = np.deg2rad(20.0)
-    """A sweep is new evidence after this turn [rad], or after ``step``."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -148,7 +138,6 @@ class Hypotheses:
         world: PreparedMap,
         weighing: Weighing,
         search: SearchConfig,
-        config: HypothesesConfig,
         registration: RegistrationConfig,
         *,
         present: Pose | None = None,
@@ -161,7 +150,6 @@ class Hypotheses:
             world: the prepared map.
             weighing: what weighs a place.
             search: what counts as one place.
-            config: when to weigh.
             registration: how a sweep is registered at a place.
             present: the estimate at the sweep's stamp, if it stands.
 
@@ -171,9 +159,8 @@ class Hypotheses:
         if not self.places:
             return self, None
         moved = self.odom_from_base.inverse() @ odom_from_base
-        way = float(np.hypot(moved.position[0], moved.position[1]))
         weighed = all(p.evidence for p in self.places)
-        near = weighed and way < config.step and abs(moved.yaw) < config.turn
+        near = weighed and not new_evidence(moved, weighing.belief)
         # Wheels may have led astray since the search, so that a place is taken only where the newest sweep has settled.
         if near and not self._decided(weighing.belief):
             return self, None

@@ -17,7 +17,7 @@ from localization.motion.late_readings import LateReadingsConfig
 from localization.relocalization.branch_and_bound import FEWEST_POINTS, MapSearchConfig
 from localization.relocalization.floor_plan import FloorPlan
 from localization.relocalization.hint_search import HintSearch, SearchResult, SearchState
-from localization.relocalization.hypotheses import Hypotheses, HypothesesConfig
+from localization.relocalization.hypotheses import Hypotheses
 from localization.relocalization.search_config import SearchConfig
 from localization.relocalization.search_schedule import (
     SearchCause,
@@ -46,10 +46,6 @@ class RelocalizerSettings(Protocol):
     @property
     def map_search(self) -> MapSearchConfig:
         """How the whole map is searched."""
-
-    @property
-    def hypotheses(self) -> HypothesesConfig:
-        """When places are weighed."""
 
     @property
     def belief(self) -> BeliefConfig:
@@ -191,7 +187,7 @@ class RelocalizerState:
                 "no place in the map explains what is seen: give a hint, or drive on; the next search begins "
                 f"after {config.distance:g} m or {config.period / SECOND:g} s"
             )
-        return f"no pose yet: give a hint; without one the whole map is searched after {config.wait / SECOND:g} s"
+        return f"no pose yet: give a hint; without one the whole map is searched after {config.period / SECOND:g} s"
 
 
 class Relocalizer:
@@ -216,7 +212,7 @@ class Relocalizer:
             by_itself: whether a robot that does not know where it is searches without being asked to.
         """
         self._by_itself, self._schedule = by_itself, config.search_schedule
-        self._world, self._config, self._hypotheses = world, config.search, config.hypotheses
+        self._world, self._config = world, config.search
         horizontal = [p.position[2] for p in mounts.values() if p.is_level]
         height = float(horizontal[0]) if horizontal else _DEFAULT_HEIGHT
         c = config.search
@@ -424,7 +420,6 @@ class Relocalizer:
             self._world,
             self._weighing,
             self._config,
-            self._hypotheses,
             self._registration,
             present=current.map_from_base if stands else None,
         )

@@ -17,18 +17,10 @@ class SearchConfig:
     """Angle between candidate headings [rad]."""
     field_sigma: float = 0.12
     """A point at this distance from the nearest wall scores exp(-1/2) [m]."""
-    refine: int = 8
-    """Number of the best places that are refined against the cloud."""
     compared: int = 2
     """Number of the distinct places that are compared with their neighbours along the weakest direction."""
     neighbours: float = 0.5
     """Largest distance of those neighbours to either side [m]."""
-    smallest_window: float = 0.5
-    """Smallest half width of a window [m]."""
-    smallest_window_yaw: float = np.deg2rad(10.0)
-    """Smallest half width of a window in heading [rad]."""
-    largest_window: float = 3.0
-    """Largest half width of a window [m]; more would be a search of the whole map."""
     default_sigma: float = 0.5
     """Error of a hint with all-zero covariance, in x and y, one sigma [m]."""
     default_sigma_yaw: float = np.deg2rad(15.0)

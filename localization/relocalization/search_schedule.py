@@ -29,12 +29,11 @@ class SearchCause(StrEnum):
 class SearchScheduleConfig:
     """When the robot searches the whole map by itself."""
 
-    wait: int = 5 * SECOND
-    """A robot that has had scans, but neither pose nor hint for this long searches by itself [ns]."""
     distance: float = 1.5
     """A robot that does not know where it is searches again after this distance [m], or after ``period``."""
-    period: int = 10 * SECOND
-    """A robot that does not know where it is searches again after this time [ns], or after ``distance``."""
+    period: int = 5 * SECOND
+    """A robot that has had scans, but neither pose nor hint, searches after this time [ns]; one that does not know where
+    it is searches again after it, or after ``distance``."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -73,7 +72,7 @@ class SearchSchedule:
         """Return the schedule after a sweep of a robot that has neither pose nor hint [ns]."""
         if self.waiting_since is None:
             return replace(self, waiting_since=now)
-        if self.cause is None and now - self.waiting_since >= config.wait:
+        if self.cause is None and now - self.waiting_since >= config.period:
             return self.with_cause(SearchCause.NO_POSE)
         return self
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -42,8 +43,8 @@ def window_of(
 
     Args:
         pose: centre, ``map_from_base``.
-        covariance: (6, 6) in ROS's order.
-        config: defaults and limits.
+        covariance: (6, 6) in ROS's order; no place is found more exactly than by the step of the search.
+        config: the default, and the steps.
     """
     if not covariance.any():
         sigma, sigma_yaw = config.default_sigma, config.default_sigma_yaw
@@ -54,6 +55,6 @@ def window_of(
         float(pose.position[0]),
         float(pose.position[1]),
         pose.yaw,
-        float(np.clip(3.0 * sigma, config.smallest_window, config.largest_window)),
-        float(np.clip(3.0 * sigma_yaw, config.smallest_window_yaw, np.pi)),
+        3.0 * max(sigma, config.step),
+        min(3.0 * max(sigma_yaw, config.step_yaw), math.pi),
     )

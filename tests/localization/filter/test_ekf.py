@@ -134,7 +134,7 @@ def test_process_jacobian_is_the_slope_of_the_prediction(
 
 def wheel_yaw_seen(error: np.ndarray, seed: int) -> Seen:
     turn, split = np.random.default_rng(seed).uniform([-1.0, -0.5], [1.0, 0.5])
-    ekf = disturbed(error, seed, EkfConfig(wheel_yaw_gate=np.inf))
+    ekf = disturbed(error, seed, EkfConfig(consistent=1.0))
     gyro = np.array([0.0, 0.0, turn])
     return seen_by(lambda: ekf.update_wheel_yaw(gyro, 0.3 - split, 0.3 + split))
 

@@ -60,7 +60,9 @@ def exhaustive_search(
         yield len(places) * len(flat)
 
     heading, place = np.divmod(np.arange(scores.size), len(places))
-    peaks = best_places(scores.ravel(), places[place], yaws[heading], config, most=config.refine)
+    peaks = best_places(
+        scores.ravel(), places[place], yaws[heading], config, most=MapSearchConfig().refine
+    )
     registration, weighing = RegistrationConfig(), Weighing(BeamClassifier(world))
     return (yield from refined_places(sweep, world, peaks, level, config, registration, weighing))
 

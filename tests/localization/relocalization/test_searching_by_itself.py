@@ -16,7 +16,7 @@ from localization.matching.scan_consistency import BeamClassifier
 from localization.monitoring.belief import Belief, BeliefConfig
 from localization.pipeline.localizer import Localizer
 from localization.relocalization.hint_search import SearchState
-from localization.relocalization.hypotheses import Hypotheses, HypothesesConfig, Hypothesis
+from localization.relocalization.hypotheses import Hypotheses, Hypothesis
 from localization.relocalization.relocalizer import CurrentPose, Relocalizer, RelocalizerState
 from localization.relocalization.search_config import SearchConfig
 from localization.relocalization.search_schedule import (
@@ -360,11 +360,11 @@ def compared(
     hall: PreparedMap, found: Sequence[Candidate], odom: Pose, present: Pose | None
 ) -> tuple[Hypothesis, ...]:
     """The places of a search, and the estimate that stood, after a look at the hall by a robot at ``NOW``."""
-    search, config = SearchConfig(), HypothesesConfig()
+    search = SearchConfig()
     places = Hypotheses.of(found, Pose.identity(), search, present=THERE)
     sweep, weighing = HALL.sweep(NOW, stamp=SECOND), Weighing(BeamClassifier(hall))
     left, _ = places.compared(
-        sweep, odom, hall, weighing, search, config, RegistrationConfig(), present=present
+        sweep, odom, hall, weighing, search, RegistrationConfig(), present=present
     )
     return left.places
 
@@ -384,7 +384,7 @@ def test_estimate_is_not_defended_by_what_it_would_explain_at_a_place_that_a_sea
     hall: PreparedMap,
 ) -> None:
     """A sweep pulls a pose by decimetres, to a place that is then another one's."""
-    off, search, config = Pose.planar(0.4, 0.0, 0.0), SearchConfig(), HypothesesConfig()
+    off, search = Pose.planar(0.4, 0.0, 0.0), SearchConfig()
     found = [Candidate(THERE, 1.0)]
     places = Hypotheses.of(found, Pose.identity(), search, present=THERE @ off)
     left, _ = places.compared(
@@ -393,7 +393,6 @@ def test_estimate_is_not_defended_by_what_it_would_explain_at_a_place_that_a_sea
         hall,
         Weighing(BeamClassifier(hall)),
         search,
-        config,
         RegistrationConfig(),
         present=NOW @ off,
     )
