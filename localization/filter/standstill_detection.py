@@ -54,7 +54,7 @@ def quiet(rate: Triple, bias_variance: Triple, seconds: float, config: EkfConfig
     x, y, z = rate
     bx, by, bz = bias_variance
     noise = config.gyro_noise**2 / seconds
-    return x * x / (bx + noise) + y * y / (by + noise) + z * z / (bz + noise) < config.gate(3)
+    return x * x / (bx + noise) + y * y / (by + noise) + z * z / (bz + noise) < config.still_gate
 
 
 def rest_after(rest: Rest, force: Triple, seconds: float, config: EkfConfig) -> Rest:
@@ -71,7 +71,7 @@ def rest_after(rest: Rest, force: Triple, seconds: float, config: EkfConfig) -> 
     if rest.seconds == 0.0:
         return Rest(seconds, force)
     x, y, z = (a - b for a, b in zip(force, rest.force, strict=True))
-    if x * x + y * y + z * z > config.gate(3) * config.still_force**2:
+    if x * x + y * y + z * z > config.still_gate * config.still_force**2:
         return Rest(seconds, force, pushed=True)
     total = rest.seconds + seconds
     share = seconds / min(total, _MEMORY)

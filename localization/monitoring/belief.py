@@ -32,7 +32,7 @@ _HIDDEN = 0.5
 class BeliefConfig:
     """What changes the odds that the pose is right; evidence is a natural logarithm of odds."""
 
-    sweep: tuple[float, float, float] = (8.4, 3.65, 1.45)
+    sweep: tuple[float, float, float] = (12.4, 4.2, 2.5)
     """Evidence of one sweep against the pose: at all, by the logarithm of the share that the map leaves unexplained, and by
     that of the share that passes through mapped surfaces."""
     change: tuple[float, float] = (4.6, 38.0)
@@ -135,6 +135,17 @@ def evidence_unmoved(broken: float, config: BeliefConfig) -> float:
     """Return the evidence that the robot was not carried since the last sweep, given a ``break_in_view``."""
     at_all, against = config.change
     return at_all - against * broken
+
+
+def probably_carried(seconds: float, unmoved: float, config: BeliefConfig) -> bool:
+    """Return whether it is more probable than not that the robot was carried since the last sweep.
+
+    Args:
+        seconds: since then.
+        unmoved: evidence that it was not.
+        config: how often robots are carried.
+    """
+    return config.carried * seconds > math.exp(min(unmoved, 0.0))
 
 
 def independence(seconds: float, metres: float, unexpected: float, config: BeliefConfig) -> float:

@@ -15,6 +15,7 @@ from localization.monitoring.belief import (
     evidence_of,
     evidence_unmoved,
     independence,
+    probably_carried,
 )
 from localization.monitoring.jump_detection import Change
 from localization.types import SECOND, Health, Match, Pose, ScanConsistency
@@ -161,6 +162,7 @@ class HealthMonitor:
         new = min(elapsed, _MOST_OF_ONE)
         if change is not None:
             unmoved = evidence_unmoved(break_in_view(change.unexpected, consistency, usual), b)
+        moved_off = probably_carried(elapsed, unmoved, b)
         # Of wheels that slip, and a sweep that is of no use, nothing says that the robot was not moved.
         unwitnessed = slipping and refusal is not None
         unmoved = min(unmoved, 0.0) if unwitnessed else unmoved
@@ -184,8 +186,7 @@ class HealthMonitor:
         doubted = not belief.sure(b)
         begins = doubted and not self.doubtful
         at_once = begins and not since.sure(b)
-        most = change is not None and change.most
-        carried = (at_once and most) or (begins and blind)
+        carried = (at_once and moved_off) or (begins and blind)
         why = self.why
         if at_once and not unwitnessed:
             why = _CHANGED

@@ -13,7 +13,7 @@ import numpy as np
 
 from localization.compiled.scans import are_near
 from localization.geometry import FloatArray
-from localization.types import BoolArray, Pose, Sweep
+from localization.types import SECOND, BoolArray, Pose, Sweep
 
 
 @dataclass(frozen=True, slots=True)
@@ -22,8 +22,8 @@ class Change:
 
     unexpected: float
     """Share of a sweep that neither the last one shows nor the map."""
-    most: bool
-    """Whether most of it was not seen before."""
+    seconds: float
+    """Time between the two [s]."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -32,9 +32,6 @@ class JumpDetectionConfig:
 
     match_distance: float = 0.3
     """A point this near to one of the last sweep's was seen before [m]."""
-    min_overlap: float = 0.6
-    """A smaller share that was seen before is not most of a sweep. Among people in the worlds 0.62 is the smallest of
-    2400 sweeps, and 99 in 100 have over 0.9; of robots that were carried off, 92 to 97 in 100 have less."""
     gap_distance: float = 0.3
     """After a robot drove so far by odometry without a sweep it may be anywhere: slip would have gone unobserved [m]."""
     points: int = 120
@@ -77,4 +74,4 @@ class JumpDetector:
         some = np.linspace(0, len(flat) - 1, min(_COMPARED, len(flat))).astype(np.int64)
         new = ~are_near(flat[some], self.seen, c.match_distance)
         unexpected = new if mapped is None else new & ~mapped[level][some]
-        return after, Change(float(unexpected.mean()), bool(new.mean() > 1.0 - c.min_overlap))
+        return after, Change(float(unexpected.mean()), (sweep.stamp - self.stamp) / SECOND)

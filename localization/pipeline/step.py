@@ -22,8 +22,9 @@ from localization.filter.ekf import with_pose
 from localization.filter.pose_error import difference
 from localization.filter.prediction import predict
 from localization.filter.updates import update_standstill, update_wheel_yaw
+from localization.monitoring.belief import evidence_unmoved, probably_carried
 from localization.monitoring.health import HealthMonitor
-from localization.monitoring.jump_detection import JumpDetector
+from localization.monitoring.jump_detection import Change, JumpDetector
 from localization.monitoring.silence_detection import SourceTimes, is_silence, with_reading
 from localization.motion.deskew import deskew
 from localization.motion.motion_model import Increment
@@ -279,9 +280,15 @@ def _judged(
             health = health.after_distance(driven)
     if state.placed and (_newly_carried(before, health) or health.needs_check):
         search = search.with_doubt()
-    elif change is not None and change.most and not r.config.sensors.displaced:
+    elif change is not None and not r.config.sensors.displaced and _left(change, r.config):
         search = search.carried_off()
     return state._replace(jump=jump, health=health, search=search)
+
+
+def _left(change: Change, config: LocalizerConfig) -> bool:
+    """Return whether a robot that knows no pose was probably carried off between two sweeps."""
+    unmoved = evidence_unmoved(change.unexpected, config.belief)
+    return probably_carried(change.seconds, unmoved, config.belief)
 
 
 def _newly_carried(before: State, health: HealthMonitor) -> bool:

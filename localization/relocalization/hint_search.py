@@ -20,11 +20,13 @@ from localization.relocalization.search_window import Window, window_of
 from localization.relocalization.search_work import ResumableSearch
 from localization.relocalization.verification import (
     SETTLING_REACH,
+    SETTLING_SIGMA,
     Weighing,
     outside_map,
     same_place,
     settled,
     settled_estimate,
+    standing,
     unseen_within,
 )
 from localization.types import SECOND, Candidate, Hint, HintVerdict, Pose, Sweep, Verdict
@@ -241,14 +243,35 @@ class HintSearch:
         moved = task.odom_from_base.inverse() @ odom_from_base
         if task.window is None:
             return SearchState(state.waiting), SearchResult(_moved(candidates, moved))
-        verdict, reason = self._judged(task, task.window, candidates, current, moved)
+        window, claim = task.window, self._claimed(task)
+        if claim is not None and self._as_good(claim, candidates):
+            window, candidates = _claimed_window(task, self.config) or window, (claim,)
+        verdict, reason = self._judged(task, window, candidates, current, moved)
         unseen = None
         if verdict is Verdict.ACCEPTED:
             found = candidates[0].map_from_base
             _, match = settled(task.sweep, self._world, found, self._registration)
-            unseen = unseen_within(match, task.window)
+            unseen = unseen_within(match, window)
         places = _moved(candidates, moved)
         return SearchState(state.waiting), SearchResult(places, task.hint, verdict, reason, unseen)
+
+    def _claimed(self, task: SearchTask) -> Candidate | None:
+        """Return the very place of a hint that is surer than any search is; None of others.
+
+        The window is wider than that hint, since people are wrong by more than they say. Other places in it, as
+        along a corridor or behind glass, would hide a place that is known.
+        """
+        window = _claimed_window(task, self.config)
+        if window is None:
+            return None
+        at = standing(self._world, window.x, window.y, window.yaw, task.level)
+        seen, match = settled(task.sweep, self._world, at, self._registration)
+        return self._weighing.of(task.sweep, seen, match)[0]
+
+    def _as_good(self, claimed: Candidate, candidates: tuple[Candidate, ...]) -> bool:
+        """Return whether a place explains a sweep, and no other surely does so better."""
+        best = max((c.evidence for c in candidates), default=0.0)
+        return self._fits([claimed]) and not self._sure(best - claimed.evidence)
 
     def _fits(self, places: Sequence[Candidate]) -> bool:
         """Return whether one of some places is more probable than none, or the best, near a hint, mostly fits.
@@ -324,6 +347,15 @@ def _nothing_there(window: Window, candidates: Sequence[Candidate]) -> str:
 def _settled_there(claimed: Pose, settled_at: Pose) -> bool:
     """Return whether a pose settled where it claims to be."""
     return bool(np.hypot(*(settled_at.position - claimed.position)[:2]) < SETTLING_REACH)
+
+
+def _claimed_window(task: SearchTask, config: SearchConfig) -> Window | None:
+    """Return what a hint says itself where the window that is searched is wider; else None."""
+    if task.hint is None or task.window is None or not task.hint.covariance.any():
+        return None
+    sigma = float(np.sqrt(max(task.hint.covariance[0, 0], task.hint.covariance[1, 1])))
+    narrow = 3.0 * max(sigma, SETTLING_SIGMA[0])
+    return replace(task.window, half_width=narrow) if narrow < config.default_sigma else None
 
 
 def _alike(a: Window | None, b: Window | None, same: Callable[[Pose, Pose], bool]) -> bool:

@@ -86,10 +86,9 @@ def refined_places(
         if upright:
             found.append(candidate)
     distinct, rivals = _distinct(found, config), dict[Candidate, Candidate]()
-    reach = config.neighbours if window is None else min(config.neighbours, window.half_width)
     for i, candidate in enumerate(distinct[: config.compared]):
         best, match, rival = yield from _best_along(
-            sweep, world, candidate, reach, config, registration, weighing
+            sweep, world, candidate, config, registration, weighing
         )
         distinct[i] = best
         # Along a bare corridor all neighbours are alike, which the covariance of the placement says.
@@ -114,7 +113,6 @@ def _best_along(
     sweep: Sweep,
     world: PreparedMap,
     place: Candidate,
-    reach: float,
     config: SearchConfig,
     registration: RegistrationConfig,
     weighing: Weighing,
@@ -139,7 +137,7 @@ def _best_along(
     tried = [fits(place.map_from_base)]
     _, directions = np.linalg.eigh(tried[0][2].information[:2, :2])
     pose = tried[0][0].map_from_base
-    for way in np.arange(1, round(reach / config.step) + 1) * config.step:
+    for way in np.arange(1, round(config.neighbours / config.step) + 1) * config.step:
         yield REFINEMENT
         for sign in (-1.0, 1.0):
             offset = np.append(sign * way * directions[:, 0], 0.0)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -43,8 +42,8 @@ def window_of(
 
     Args:
         pose: centre, ``map_from_base``.
-        covariance: (6, 6) in ROS's order; no place is found more exactly than by the step of the search.
-        config: the default, and the steps.
+        covariance: (6, 6) in ROS's order. People are wrong by more than they say: the window reaches one default sigma.
+        config: the default sigma.
     """
     if not covariance.any():
         sigma, sigma_yaw = config.default_sigma, config.default_sigma_yaw
@@ -55,6 +54,6 @@ def window_of(
         float(pose.position[0]),
         float(pose.position[1]),
         pose.yaw,
-        3.0 * max(sigma, config.step),
-        min(3.0 * max(sigma_yaw, config.step_yaw), math.pi),
+        max(3.0 * sigma, config.default_sigma),
+        float(np.clip(3.0 * sigma_yaw, config.default_sigma_yaw, np.pi)),
     )

@@ -141,8 +141,8 @@ def test_sweep_is_registered_whatever_direction_the_prior_is_sure_of(
 def test_hint_with_any_covariance_opens_a_window_that_can_be_searched(rank: int, seed: int) -> None:
     c = SearchConfig()
     window = window_of(Pose.planar(1.0, 2.0, 0.3), of_rank(rank, seed), c)
-    assert window.half_width >= 3.0 * c.step
-    assert 3.0 * c.step_yaw <= window.half_yaw <= np.pi
+    assert window.half_width >= c.default_sigma
+    assert c.default_sigma_yaw <= window.half_yaw <= np.pi
 
 
 def test_error_of_a_map_is_added_about_its_vertical() -> None:

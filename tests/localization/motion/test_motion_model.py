@@ -168,7 +168,7 @@ def test_poses_along_an_arc_give_its_length_and_turn_whatever_the_time(
 
 def beginning_to_turn(wheels_every: int, *, ticks: int = 60) -> Iterator[Reading]:
     """A robot that begins to turn abruptly, its rim speeds estimates as means over so many ticks."""
-    rates = [min(1.5, 12.0 * TICK / SECOND * max(0, i - 20)) for i in range(ticks)]
+    rates = [min(1.5, 12.0 * TICK / SECOND * max(0, i - 25)) for i in range(ticks)]
     for i, rate in enumerate(rates, start=1):
         if i % wheels_every == 0:
             across = 0.5 * TRACK * float(np.mean(rates[i - wheels_every : i]))

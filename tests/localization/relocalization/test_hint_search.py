@@ -345,7 +345,7 @@ def test_hint_without_covariance_opens_the_default_window() -> None:
 
 
 @given(sigma_x=floats(0.0, 5.0), sigma_y=floats(0.0, 5.0), sigma_yaw=floats(0.0, 7.0))
-def test_window_is_three_sigma_but_no_less_than_three_steps_of_the_search(
+def test_window_is_three_sigma_and_at_least_a_default_sigma(
     sigma_x: float, sigma_y: float, sigma_yaw: float
 ) -> None:
     c = SearchConfig()
@@ -353,8 +353,8 @@ def test_window_is_three_sigma_but_no_less_than_three_steps_of_the_search(
     covariance = np.diag(np.square([sigma_x, sigma_y, 1.0, 0.0, 0.0, sigma_yaw]))
     window = window_of(Pose.identity(), covariance)
     wide = 3.0 * max(sigma_x, sigma_y)
-    assert window.half_width == pytest.approx(max(wide, 3.0 * c.step))
-    assert window.half_yaw == pytest.approx(min(3.0 * max(sigma_yaw, c.step_yaw), np.pi))
+    assert window.half_width == pytest.approx(max(wide, c.default_sigma))
+    assert window.half_yaw == pytest.approx(min(max(3.0 * sigma_yaw, c.default_sigma_yaw), np.pi))
 
 
 def test_places_inside_walls_are_not_taken(hall_plan: FloorPlan) -> None:
