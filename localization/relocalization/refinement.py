@@ -137,7 +137,7 @@ def _best_along(
     tried = [fits(place.map_from_base)]
     _, directions = np.linalg.eigh(tried[0][2].information[:2, :2])
     pose = tried[0][0].map_from_base
-    for way in np.arange(1, round(config.neighbours / config.step) + 1) * config.step:
+    for way in np.arange(1, round(config.default_sigma / config.step) + 1) * config.step:
         yield REFINEMENT
         for sign in (-1.0, 1.0):
             offset = np.append(sign * way * directions[:, 0], 0.0)

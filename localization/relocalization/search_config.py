@@ -18,9 +18,8 @@ class SearchConfig:
     field_sigma: float = 0.12
     """A point at this distance from the nearest wall scores exp(-1/2) [m]."""
     compared: int = 2
-    """Number of the distinct places that are compared with their neighbours along the weakest direction."""
-    neighbours: float = 0.5
-    """Largest distance of those neighbours to either side [m]."""
+    """Number of the distinct places that are compared with their neighbours along the weakest direction,
+    up to ``default_sigma`` away."""
     default_sigma: float = 0.5
     """Error of a hint with all-zero covariance, in x and y, one sigma [m]."""
     default_sigma_yaw: float = np.deg2rad(15.0)
@@ -31,10 +30,16 @@ class SearchConfig:
     max_tilt_uneven: float = np.deg2rad(4.5)
     """Largest tilt from the slope of uneven ground [rad]: 3 cm, the roughness of such ground, under one of
     two wheels 0.39 m apart."""
-    same_place: float = 0.3
-    """Poses nearer to each other than this are one place [m]."""
-    same_yaw: float = np.deg2rad(10.0)
-    """Headings of one place differ by less than this [rad]."""
+
+    @property
+    def same_place(self) -> float:
+        """Poses nearer to each other than this are one place [m]: three steps."""
+        return 3.0 * self.step
+
+    @property
+    def same_yaw(self) -> float:
+        """Headings of one place differ by less than this [rad]: five steps."""
+        return 5.0 * self.step_yaw
 
     @property
     def cell(self) -> float:

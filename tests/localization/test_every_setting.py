@@ -87,7 +87,6 @@ RARE: frozenset[str] = frozenset(
         "search.default_sigma",
         "search.max_tilt",
         "search.max_tilt_uneven",
-        "search.same_yaw",
         "sweep_distance",
         "search_schedule.distance",
         "search_schedule.period",
