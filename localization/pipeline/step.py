@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from enum import Enum, auto
 from typing import TypeAlias
 
@@ -19,7 +19,6 @@ from localization.config import LocalizerConfig
 from localization.filter.covariance import horizontal_sigma
 from localization.filter.displacement_prediction import predict_displacement
 from localization.filter.ekf import with_pose
-from localization.filter.pose_error import difference
 from localization.filter.prediction import predict
 from localization.filter.updates import update_standstill, update_wheel_yaw
 from localization.monitoring.belief import evidence_unmoved, probably_carried
@@ -40,7 +39,7 @@ from localization.pipeline.resources import Resources
 from localization.pipeline.state import State
 from localization.pipeline.sweep_update import Registration, corrected_by_sweep
 from localization.pipeline.undo import ReplacedEstimate
-from localization.relocalization.relocalizer import Placement
+from localization.relocalization.relocalizer import Placement, RelocalizerState
 from localization.types import (
     GRAVITY,
     SECOND,
@@ -50,7 +49,6 @@ from localization.types import (
     Pose,
     Reading,
     Scan,
-    Verdict,
     WheelSpeeds,
 )
 
@@ -89,9 +87,7 @@ def step(state: State, item: Input, r: Resources) -> tuple[State, Events]:
     """
     match item:
         case Command.SEARCH_MAP:
-            # An operator asks where the robot is: it may be anywhere.
-            health = state.health.unwitnessed()
-            return state._replace(search=state.search.with_request(), health=health), ()
+            return state._replace(search=state.search.with_request()), ()
         case Command.UNDO:
             return _undone(state, r.config)
         case Placement():
@@ -276,8 +272,6 @@ def _judged(
             registration.consistency, change, blind,
             state.slip.slipping(record.sweep.stamp),
         )  # fmt: skip
-        if not search.checking:
-            health = health.after_distance(driven)
     if state.placed and (_newly_carried(before, health) or health.needs_check):
         search = search.with_doubt()
     elif change is not None and not r.config.sensors.displaced and _left(change, r.config):
@@ -321,31 +315,15 @@ def _disambiguated(state: State, record: SweepRecord, r: Resources) -> tuple[Sta
         search, placement = r.relocalizer.disambiguate(
             state.search, record.sweep, state.odom_from_base, state.current
         )
-    checked = state.search.checking and not search.checking and placement is None
+    state = _with_search(state, search)
+    return (state, ()) if placement is None else _placed(state, placement, r)
+
+
+def _with_search(state: State, search: RelocalizerState) -> State:
+    """Return the state after a step of the search, with what it means for the pose if that was a check which has ended."""
+    checked = state.search.checking and not search.checking
     health = state.health.after_check() if checked else state.health
-    state = state._replace(search=search, health=health)
-    if placement is None:
-        return state, ()
-    if state.placed and not state.health.lost and not _possible(state, placement, r.config):
-        step = placement.map_from_base.position - state.filter.pose.position
-        health = replace(state.health, ruled_out=float(np.hypot(*step[:2])))
-        return state._replace(health=health), ()
-    return _placed(state, placement, r)
-
-
-def _possible(state: State, placement: Placement, config: LocalizerConfig) -> bool:
-    """Return whether the robot can be at a place that is not where it is believed to be.
-
-    It can if it may have been moved without its sensors noticing, or if the place is one that the pose's
-    uncertainty allows. Otherwise wheels, gyro and scanner, which have led from one pose to the next, outweigh
-    any number of points that another place explains.
-    """
-    if state.health.unconfirmed > 0.0:
-        return True
-    axes = [0, 1, 5]
-    off = difference(state.filter.pose, placement.map_from_base)[axes]
-    spread = state.filter.covariance + np.diag(np.square(config.placement_sigma))
-    return float(off @ np.linalg.solve(spread[np.ix_(axes, axes)], off)) <= config.ekf.gate(3)
+    return state._replace(search=search, health=health)
 
 
 def _from_two_places(state: State, before: State, record: SweepRecord) -> bool:
@@ -379,10 +357,7 @@ def _searched(state: State, r: Resources) -> tuple[State, Events]:
         search, placement, answers = r.relocalizer.advance(
             state.search, state.stamp, state.odom_from_base, state.current
         )
-    state = state._replace(search=search)
-    if any(answer.verdict is Verdict.AMBIGUOUS for answer in answers):
-        # An operator doubts the pose: the motion that led to it rules out no place.
-        state = state._replace(health=state.health.unwitnessed())
+    state = _with_search(state, search)
     if placement is None:
         return state, answers
     state, events = _placed(state, placement, r)

@@ -424,7 +424,9 @@ class Relocalizer:
             present=current.map_from_base if stands else None,
         )
         if place is not None:
-            if stands and same_place(place.map_from_base, current.map_from_base, self._config):
+            same = same_place(place.map_from_base, current.map_from_base, self._config)
+            # A pose that sweeps contradict may be decimetres off its own place, farther than its filter lets them move it.
+            if stands and same and not current.doubtful:
                 return self._unsettled(state, unsure=False), None
             reason = f"explains {place.score:.0%} of the sweeps on the way here"
             placement = Placement(place.map_from_base, reason)

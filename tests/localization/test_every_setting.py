@@ -69,7 +69,6 @@ RARE: frozenset[str] = frozenset(
         "extrinsics_monitor.remembered",
         "extrinsics_monitor.sigmas",
         "extrinsics_monitor.stretches",
-        "health.agreement_distance",
         "health.check_after",
         "health.lost_sigma",
         "health.silence",

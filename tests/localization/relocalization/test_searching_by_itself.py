@@ -415,6 +415,28 @@ def test_estimate_that_stands_is_compared_where_it_was_registered_not_where_odom
     assert all(p.shares[-1] < 0.8 for p in lost), "odometry alone leads elsewhere"
 
 
+@pytest.mark.parametrize("doubtful", [True, False])
+def test_estimate_is_moved_to_where_a_check_settles_it_only_if_it_is_doubted(
+    hall: PreparedMap, doubtful: bool
+) -> None:
+    """Shoved among people, a robot is decimetres off and sure to the centimetre: no sweep moves it as far as that."""
+    relocalizer = Relocalizer(hall, MOUNTS, LocalizerConfig(), BeamClassifier(hall), by_itself=True)
+    off = NOW @ Pose.planar(0.15, 0.15, 0.0)
+    places = Hypotheses.of(
+        [Candidate(THERE, 1.0, 9.0)], Pose.identity(), SearchConfig(), present=THERE
+    )
+    state = RelocalizerState(hypotheses=places, checking=True)
+    current = CurrentPose(off, EXACT, placed=True, lost=False, doubtful=doubtful, odds=-1.0)
+    sweep = HALL.sweep(NOW, stamp=SECOND)
+    after, placement = relocalizer.disambiguate(state, sweep, Pose.planar(0.4, 0.1, 0.1), current)
+    assert not after.checking
+    if doubtful:
+        assert placement is not None
+        assert apart(placement.map_from_base, NOW)[0] < 0.02
+    else:
+        assert placement is None
+
+
 # Carried off: places that were being compared are given up.
 
 PLACES = (Candidate(Pose.planar(1.0, 2.0, 0.0), 0.97), Candidate(Pose.planar(7.0, 2.0, 0.0), 0.95))
