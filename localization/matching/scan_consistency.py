@@ -27,7 +27,7 @@ class ScanConsistencyConfig:
     """Distance beyond a beam's end within which a surface counts [m]; the size of a room."""
     nearest: float = 0.3
     """Surfaces nearer to the scanner than this are ignored [m]."""
-    aside: float = 0.12
+    aside: float = 0.08
     """A beam meets a mapped surface if it cuts the plane of a point no farther from it [m]: a cloud's
     spacing."""
 
