@@ -167,6 +167,7 @@ def test_command_prints_help_and_version(installed: Path, tmp_path: Path) -> Non
     assert "usage: farsteer" in run(installed / "farsteer", "--help", cwd=tmp_path)
 
 
+@pytest.mark.long
 def test_robot_drives_outside_the_clone(installed: Path, tmp_path: Path) -> None:
     # Whether so short a drive meets its limits (status 0 or 1) is for the scenarios to judge.
     command = (installed / "farsteer", "sim", "--duration", "5", "--out", tmp_path / "drive")

@@ -498,6 +498,7 @@ def test_content_of_a_bag_decides_how_it_is_read_and_repaired_not_its_name(
         open_log(renamed)
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_bag_with_a_damaged_index_is_rejected_in_one_line(tmp_path: Path, drive: Drive) -> None:
     (file,) = KINDS["mcap"](tmp_path / "bag", recorded(drive.readings()[:50])).glob("*.mcap")

@@ -85,6 +85,7 @@ def driven(
     return instants
 
 
+@pytest.mark.long
 def test_wheels_that_spun_while_the_robot_was_blind_are_found_out_once_it_sees(
     hedge: PreparedMap,
 ) -> None:
@@ -101,6 +102,7 @@ def test_wheels_that_spun_while_the_robot_was_blind_are_found_out_once_it_sees(
     assert max(right) < 8 * SECOND
 
 
+@pytest.mark.long
 def test_wheels_that_spin_at_once_are_not_believed_before_something_else_shows_their_speed(
     hedge: PreparedMap,
 ) -> None:

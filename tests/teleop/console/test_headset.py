@@ -86,6 +86,7 @@ async def test_hundred_times_in_and_out_leave_a_page_that_drives(meets: Meets) -
         assert visit.errors == []
 
 
+@pytest.mark.long
 @in_a_loop
 async def test_way_ahead_ends_in_a_headset_where_the_guard_stops_the_robot(
     meets: Meets, office: World
@@ -129,6 +130,7 @@ async def test_page_without_a_headset_fetches_nothing_of_it(meets: Meets) -> Non
         assert [path for path in visit.paths if "/parts/xr-" in path] == []
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("name", "controllers"),
     [("oculusQuest1", "undefined"), ("metaQuestPro", "undefined"), ("metaQuest2", VIVE)],
@@ -149,6 +151,7 @@ async def test_controllers_of_other_headsets_drive_and_nothing_is_asked_of_other
         assert {host.partition(":")[0] for host in visit.hosts} == {"127.0.0.1"}
 
 
+@pytest.mark.long
 @in_a_loop
 async def test_controller_of_which_nothing_is_known_drives_nothing_and_is_named(
     meets: Meets,
@@ -233,6 +236,7 @@ async def _lead(page: Page, robot: PacedRobot) -> None:
                     return
 
 
+@pytest.mark.long
 @in_a_loop
 async def test_socket_that_drops_on_entering_comes_back_within_the_session(meets: Meets) -> None:
     async with meets(scripts=[headset()]) as (robot, page, _visit):
@@ -290,6 +294,7 @@ def _encrypted(folder: Path, name: str) -> ServeConfig:
     return ServeConfig(tls_cert=certificate, tls_key=key)
 
 
+@pytest.mark.long
 @in_a_loop
 async def test_empty_hand_drives_steps_by_pinching_keys_and_stops_with_the_headset(
     meets: Meets,

@@ -99,6 +99,7 @@ async def drive(server: Server, driver: ClientConnection, seconds: float) -> See
     return seen
 
 
+@pytest.mark.long
 @pytest.mark.slow
 @in_a_loop
 async def test_command_with_a_stamp_is_as_old_as_what_its_driver_sees_over_a_slow_way_back() -> (

@@ -124,6 +124,7 @@ def test_hung_or_dead_viewer_stops_neither_client_nor_file(
     assert not {source for source in display.failures if source != "close"}
 
 
+@pytest.mark.long
 @pytest.mark.process
 def test_a_process_ends_although_its_viewer_hangs() -> None:
     with headless_viewer() as viewer:

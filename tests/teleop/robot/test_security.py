@@ -323,6 +323,7 @@ def test_view_role_may_only_latch_the_estop() -> None:
         assert not rules.allow("publish", topic)
 
 
+@pytest.mark.long
 @pytest.mark.slow
 @in_a_loop
 async def test_unusable_settings_are_reported_before_listening(

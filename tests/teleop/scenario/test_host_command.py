@@ -53,6 +53,7 @@ def test_token_that_is_printed_steps_the_world_and_other_clients_do_not() -> Non
     assert "referee" in by_client["values"]
 
 
+@pytest.mark.long
 @pytest.mark.process
 @pytest.mark.slow
 def test_camera_of_a_hosted_robot_publishes_pictures_of_the_ticks_that_are_stepped() -> None:

@@ -184,6 +184,7 @@ class Impatient(Operator):
 """
 
 
+@pytest.mark.long
 @pytest.mark.slow
 @pytest.mark.parametrize("jobs", ["1", pytest.param("2", marks=pytest.mark.process)])
 def test_ctrl_c_ends_all_scenarios_and_what_had_begun_is_reported(

@@ -22,6 +22,7 @@ SOURCES = {
 }
 
 
+@pytest.mark.long
 @pytest.mark.slow
 @in_a_loop
 async def test_the_glasses_find_the_streams_and_send_their_commands(

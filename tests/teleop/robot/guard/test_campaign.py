@@ -57,6 +57,7 @@ def test_wall_that_the_robot_leans_on_is_one_contact_though_it_trembles() -> Non
     assert judge.names == {"east_0": 1}
 
 
+@pytest.mark.long
 @pytest.mark.slow
 @pytest.mark.parametrize(
     "way",

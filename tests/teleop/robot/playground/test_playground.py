@@ -173,6 +173,7 @@ def test_playground_in_lockstep_is_refused() -> None:
         ServeConfig(playground=True, lockstep=True)
 
 
+@pytest.mark.long
 @pytest.mark.process
 @in_a_loop
 async def test_operator_plays_over_the_wire_and_a_viewer_does_not(
@@ -203,6 +204,7 @@ async def test_operator_plays_over_the_wire_and_a_viewer_does_not(
     assert b"/playground/calls" in record.read_bytes()
 
 
+@pytest.mark.long
 @pytest.mark.process
 @in_a_loop
 async def test_robot_without_a_playground_offers_none_of_it(in_real_time: InRealTime) -> None:

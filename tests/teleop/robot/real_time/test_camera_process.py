@@ -82,6 +82,7 @@ def named(process: ChildProcess) -> str:
     return Path(f"/proc/{process.pid}/comm").read_text().strip()
 
 
+@pytest.mark.long
 @in_a_loop
 async def test_pictures_of_the_newest_frames_come_while_they_are_wanted(office: World) -> None:
     async with rig(office) as robot:
@@ -107,6 +108,7 @@ async def test_pictures_of_the_newest_frames_come_while_they_are_wanted(office: 
         assert np.median(robot.costs) < 100_000, "the drive pays less than 0.1 ms"
 
 
+@pytest.mark.long
 @in_a_loop
 async def test_camera_and_gateway_go_on_with_each_other_s_successors(
     office: World, caplog: pytest.LogCaptureFixture

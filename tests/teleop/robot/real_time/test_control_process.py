@@ -200,6 +200,7 @@ async def test_hung_localiser_delays_estimates_and_no_command(
         await client.until(lambda: len(client.messages("/odom")) >= count + missed // 2 - 2)
 
 
+@pytest.mark.long
 @in_a_loop
 async def test_killed_localiser_is_started_again_without_a_pose(
     office: World, office_cloud: Cloud, cache: Path

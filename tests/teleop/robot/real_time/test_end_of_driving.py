@@ -163,6 +163,7 @@ async def drive_into(robot: subprocess.Popen[str], url: str, number: int) -> Non
                 await asyncio.sleep(0.05)
 
 
+@pytest.mark.long
 @pytest.mark.process
 @pytest.mark.slow
 @pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGINT])
@@ -181,6 +182,7 @@ def test_signal_while_driving_leaves_a_robot_at_rest_in_its_log(
     assert np.all(np.diff(speeds[speeds.argmax() :]) < 0.02), "it is not driven on"
 
 
+@pytest.mark.long
 @pytest.mark.process
 @pytest.mark.slow
 def test_record_goes_on_in_another_file_once_the_estimator_is_killed(tmp_path: Path) -> None:

@@ -33,6 +33,7 @@ async def scored(client: Peer) -> None:
             await asyncio.sleep(0.1)
 
 
+@pytest.mark.long
 @in_a_loop
 async def test_preview_while_a_new_localiser_loads_its_map_is_answered(
     office: World, office_cloud: Cloud, cache: Path

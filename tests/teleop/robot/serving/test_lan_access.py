@@ -121,6 +121,7 @@ def _run_on_a_terminal(words: list[str], environment: dict[str, str], until: str
     return said.decode(errors="ignore")
 
 
+@pytest.mark.long
 @pytest.mark.process
 def test_token_is_printed_to_a_terminal_and_never_to_a_file(tmp_path: Path) -> None:
     audit = tmp_path / "audit.jsonl"

@@ -27,6 +27,7 @@ from tests.teleop.scenario.clients.support import (
 pytestmark = pytest.mark.process
 
 
+@pytest.mark.long
 def test_a_client_that_never_connects_has_failed(tmp_path: Path) -> None:
     outcome = run(tmp_path, python("misbehaving", "never_comes"), scenario(patience=1.5))
     assert outcome.status is ExitStatus.CLIENT_FAILED

@@ -51,6 +51,7 @@ def test_drawn_session_survives_its_scenario_file(tmp_path: Path) -> None:
         assert read_scenario(path) == session
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_drawn_sessions_can_be_run() -> None:
     for session in drawn(range(3)):
