@@ -93,6 +93,7 @@ def test_reference_of_another_time_is_reported_and_skipped(
     }  # fmt: skip
 
 
+@pytest.mark.slow
 def test_estimates_before_the_damage_of_a_log_are_written(
     folder: Path,
     tmp_path: Path,

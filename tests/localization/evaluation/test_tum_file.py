@@ -23,6 +23,7 @@ def everything(trajectory: Trajectory) -> list[object]:
     return [bits(getattr(trajectory, name)) for name in Trajectory.__slots__]
 
 
+@pytest.mark.slow
 @given(trajectory=trajectories())
 @settings(max_examples=50)
 def test_trajectory_is_restored_from_its_file_bit_for_bit(trajectory: Trajectory) -> None:

@@ -159,6 +159,7 @@ def match_seen(error: np.ndarray, seed: int) -> Seen:
     return innovation, h
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seen", [wheel_yaw_seen, standstill_seen, tilt_seen, match_seen])
 @given(seed=st.integers(0, 500))
 @settings(max_examples=15)
@@ -370,6 +371,7 @@ def test_scale_of_forward_speed_is_not_learned_from_turns() -> None:
     assert (ekf.kappa[0], ekf.full_covariance[9, 9]) == before
 
 
+@pytest.mark.slow
 @given(roll=floats(-0.08, 0.08), pitch=floats(-0.08, 0.08), yaw=floats(-3.0, 3.0))
 @settings(max_examples=5)
 def test_tilt_converges_to_where_gravity_points(roll: float, pitch: float, yaw: float) -> None:

@@ -35,6 +35,7 @@ def record(path: Path, drive: list[tuple[int, Reading]], **metadata: str) -> Pat
     return path
 
 
+@pytest.mark.slow
 @given(written=st.lists(readings(), max_size=8), radius=st.floats(0.05, 0.5))
 @settings(max_examples=50)
 def test_readings_are_restored_bit_for_bit_in_order(written: list[Reading], radius: float) -> None:
@@ -109,6 +110,7 @@ sys.stdin.read()
 """
 
 
+@pytest.mark.slow
 def test_killed_recording_is_readable_to_its_last_chunk(tmp_path: Path) -> None:
     path = tmp_path / "a.mcap"
     root = Path(__file__).parents[3]

@@ -102,6 +102,7 @@ def test_normals_are_unit_and_point_into_the_room(mapped: Cloud) -> None:
     assert np.median(mapped.normals[west, 0]) > 0.98
 
 
+@pytest.mark.slow
 def test_slope_that_level_beams_meet_stays_ground_where_it_was_seen_from_above_too() -> None:
     rng = np.random.default_rng(0)
     x, y = rng.uniform(3.0, 5.0, 60_000), rng.uniform(-1.0, 1.0, 60_000)
@@ -142,6 +143,7 @@ def test_robot_is_localised_in_a_built_map(mapped: Cloud) -> None:
     assert match.inlier_ratio > 0.9
 
 
+@pytest.mark.slow
 def test_stray_points_are_dropped() -> None:
     poses = around(4.0, 2.5, 40)
     builder = tour(HALL, poses)
@@ -228,6 +230,7 @@ def test_both_faces_of_a_board_are_mapped(thickness: float, visits: tuple[int, i
     assert lost_faces_warning(builder.lost_faces[:0]) is None
 
 
+@pytest.mark.slow
 def test_face_that_the_map_lacks_is_named_with_its_place() -> None:
     """Seen from one side so rarely that no plane can be found there."""
     builder = tour(rooms_with_wall(0.05), around(1.3, 1.5, 60) + around(4.7, 1.5, 6))

@@ -174,6 +174,7 @@ def test_poses_of_an_odometry_are_turned_by_the_gyro_beside_it() -> None:
     assert all(step.gyro is None for step in wheels)
 
 
+@pytest.mark.slow
 def test_gap_of_the_gyro_is_counted_and_bridged_by_the_wheels() -> None:
     steps = followed(odometry_and_gyro(1.0, silent=(3.0, 5.0)), gyro=True)
     gaps = [(s.sweep.stamp * 1e-9, s.gyro.gaps) for s in steps if s.gyro is not None]

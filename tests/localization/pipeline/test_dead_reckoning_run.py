@@ -73,6 +73,7 @@ def test_log_without_scanner_and_map_is_dead_reckoned_from_its_first_heading(
     assert 0.02 < sigma[0] < 0.5
 
 
+@pytest.mark.slow
 def test_start_in_a_map_places_the_path_and_its_covariance(
     bag: Path, done: Localized, hall_map: Path
 ) -> None:
@@ -86,6 +87,7 @@ def test_start_in_a_map_places_the_path_and_its_covariance(
     assert not np.allclose(done.estimates[-1].covariance, last.covariance)
 
 
+@pytest.mark.slow
 def test_map_without_a_start_and_hints_are_remarked_upon(hall_map: Path, tmp_path: Path) -> None:
     held = [*scannerless()[:200], Hint(SECOND // 2, START, np.zeros((6, 6)))]
     path = write_log(tmp_path / "log.mcap", held)
@@ -96,6 +98,7 @@ def test_map_without_a_start_and_hints_are_remarked_upon(hall_map: Path, tmp_pat
     assert localize(bare, hall_map, start=START).notes == ()
 
 
+@pytest.mark.slow
 def test_gyro_alone_begins_with_heading_zero(tmp_path: Path) -> None:
     path = ros1(tmp_path / "bag", recorded(scannerless(orientation=False)))
     last = localize(path).estimates[-1]
@@ -115,6 +118,7 @@ def test_odometry_alone_is_as_wrong_as_its_turns_and_says_so(tmp_path: Path) -> 
     assert run.motion == "displacement of the odometry, turned by the wheels"
 
 
+@pytest.mark.slow
 def test_log_with_scanner_is_dead_reckoned_without_a_map_and_the_scans_are_counted(
     tmp_path: Path, hall_map: Path
 ) -> None:
@@ -143,6 +147,7 @@ def test_motion_that_the_log_cannot_give_is_named(bag: Path, motion: Motion, why
         localize(bag, sensors=SensorConfiguration(motion))
 
 
+@pytest.mark.slow
 def test_odometry_of_velocities_alone_is_integrated(tmp_path: Path) -> None:
     """Some drivers fill the twist and leave the pose at zero."""
     held: list[Reading] = []
@@ -185,6 +190,7 @@ def test_map_and_calibration_need_a_scanner(
         assert "has no scanner; `farsteer localize` without --map" in capsys.readouterr().err
 
 
+@pytest.mark.slow
 def test_settings_reach_dead_reckoning(bag: Path, done: Localized) -> None:
     plain = done.estimates[-1].covariance
     unsure = localize(bag, settings={"ekf.odometry.along": 0.5}).estimates[-1].covariance
@@ -193,6 +199,7 @@ def test_settings_reach_dead_reckoning(bag: Path, done: Localized) -> None:
     assert level.estimates[-1].odom_from_base.position[2] == 0.0
 
 
+@pytest.mark.slow
 def test_command_without_a_map_writes_all_files_and_the_end(
     bag: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

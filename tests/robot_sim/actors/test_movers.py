@@ -401,6 +401,7 @@ def clearances(
     return least
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("scene", scene_names())
 def test_actors_pass_through_nothing_in_our_scenes(scene: str) -> None:
     world = load_world(scene, options=ALIVE)

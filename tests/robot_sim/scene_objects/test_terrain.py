@@ -139,6 +139,7 @@ def test_robot_put_on_a_hill_stands_still_there(hills: World) -> None:
         assert np.abs(moved.euler).max() < math.radians(2.0), name
 
 
+@pytest.mark.slow
 def test_robot_drives_over_the_hill_and_back_to_the_floor(hills: World) -> None:
     simulation = Simulation(hills, config=BLIND)
     heights, pitches = [], []

@@ -90,6 +90,7 @@ def test_allan_deviation_by_hand() -> None:
     np.testing.assert_allclose(allan_deviation(values, 0.5, np.array([0.5, 1.0])), expected)
 
 
+@pytest.mark.slow
 def test_rate_random_walk_is_the_configured_one() -> None:
     walk = Drift(noise=0.0, walk=2e-4)
     unit = InertialUnit(

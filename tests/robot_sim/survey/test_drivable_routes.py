@@ -164,6 +164,7 @@ def test_route_leads_through_a_world_of_mjcf(tmp_path: Path) -> None:
     assert pose.position[2] == pytest.approx(1.0, abs=1e-3)
 
 
+@pytest.mark.slow
 def test_route_past_six_places_of_the_office_keeps_clear_of_everything() -> None:
     world = load_world("office")
     goals = [(float(p.position[0]), float(p.position[1])) for p in world.places.values()][:6]

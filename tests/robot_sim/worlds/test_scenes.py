@@ -69,6 +69,7 @@ def test_all_five_scenes_are_available() -> None:
     assert set(LEAST_AREA) <= set(SCENES)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("scene", SCENES)
 def test_scene_is_as_large_as_promised_and_has_places_to_name(scene: str) -> None:
     world = world_of(scene)
@@ -124,6 +125,7 @@ def test_glasshouse_is_walled_and_roofed_with_glass() -> None:
     assert len(panes) - len(overhead) >= 5
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("route", ["tour", "survey"])
 @pytest.mark.parametrize("scene", SCENES)
 def test_route_keeps_clear_of_everything(scene: str, route: str) -> None:

@@ -74,7 +74,6 @@ def mapped(plan: Path) -> Path:
     return out
 
 
-@pytest.mark.long
 @pytest.mark.slow
 def test_map_made_without_truth_lies_on_the_true_surfaces(mapped: Path) -> None:
     quality = json.loads(mapped.with_suffix(".json").read_text(encoding="utf-8"))

@@ -54,6 +54,7 @@ def drawn(scene: CameraScene) -> mujoco.MjModel:
     return built.model
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", scene_names())
 def test_every_solid_of_a_scene_is_drawn_with_a_look_of_its_own(name: str) -> None:
     world = load_world(name, options=WorldOptions(alive=True))

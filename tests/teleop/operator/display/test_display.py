@@ -177,6 +177,7 @@ def test_robot_is_not_drawn_before_it_is_localised(
     assert f"{at.BODY}/chassis" not in found
 
 
+@pytest.mark.slow
 def test_what_is_not_published_is_not_shown(
     cloud: Cloud, moments: list[Moment], tmp_path: Path
 ) -> None:
@@ -197,6 +198,7 @@ def test_what_is_not_published_is_not_shown(
 # ---- what a long drive costs
 
 
+@pytest.mark.slow
 def test_each_message_adds_one_piece_to_the_path(cloud: Cloud, tmp_path: Path) -> None:
     """So a message costs the same after an hour; a whole path again would be 96 kB at the end."""
     path = tmp_path / "x.rrd"

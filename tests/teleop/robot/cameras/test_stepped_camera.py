@@ -76,6 +76,7 @@ async def subscribed(client: Peer, *topics: str, compression: str = "none") -> N
     await client.settle()
 
 
+@pytest.mark.slow
 @in_a_loop
 async def test_each_topic_comes_with_the_stamps_at_which_frames_are_due(office: World) -> None:
     async with turning(office) as rig, peer(rig.server.url) as client:

@@ -73,6 +73,7 @@ async def test_names_that_look_like_the_robots_own_are_refused(robots: Robots) -
         assert (await introduce(client, "clientele"))["success"]
 
 
+@pytest.mark.slow
 @in_a_loop
 async def test_audit_has_number_address_and_name_from_then_on(
     serving: Serving, tmp_path: Path

@@ -92,6 +92,7 @@ async def test_pose_that_cannot_be_scored_is_answered_with_the_reason(robots: Ro
         assert (await client.ask(SERVICE, pose=HERE))[1]["success"]
 
 
+@pytest.mark.slow
 @in_a_loop
 async def test_previews_in_lockstep_are_all_answered_and_change_no_estimate(robots: Robots) -> None:
     async def path(previews: int) -> list[dict[str, Any]]:

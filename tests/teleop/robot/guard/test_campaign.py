@@ -75,6 +75,7 @@ def test_driver_who_steers_for_the_wall_meets_it_only_without_the_guard(way: Mod
     assert (without.seen > 0, without.way > 1.0, without.stopped) == (True, True, 0.0)
 
 
+@pytest.mark.slow
 def test_campaign_drives_only_what_its_file_does_not_hold(tmp_path: Path) -> None:
     file, drives = tmp_path / "drives.jsonl", campaign.plan(120.0)
     first = resumed(file, drives, _short, Outcome)

@@ -94,6 +94,7 @@ def _robot_and_person(start: Pose) -> tuple[Drive, str]:
     return drive, person.name
 
 
+@pytest.mark.slow
 def test_arm_that_reaches_out_makes_the_robot_stop_so_much_earlier() -> None:
     world = parse_world(ROOM, name="room", options=WorldOptions(arm="s2"))
     drive = build_drive(RobotParts(world, start=Pose.planar(8.3, 4.0, 0.0), guard=True))

@@ -33,6 +33,7 @@ def same(a: Any, b: Any) -> bool:
     return type(a) is type(b) and bool(a == b)
 
 
+@pytest.mark.slow
 @settings(max_examples=200)
 @given(typed_messages())
 def test_json_round_trip_preserves_messages_of_all_types(typed: tuple[MessageType, Any]) -> None:

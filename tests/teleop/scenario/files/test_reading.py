@@ -242,6 +242,7 @@ def test_lines_of_a_text_that_is_no_document_are_found_as_far_as_possible(text: 
     lines_of(text)
 
 
+@pytest.mark.slow
 @given(st.dictionaries(KEYS, VALUES, max_size=5))
 def test_any_document_is_a_scenario_or_has_errors_that_name_fields(data: dict[str, object]) -> None:
     try:

@@ -44,6 +44,7 @@ def test_sessions_use_all_scenes_operators_and_faults() -> None:
     assert any(session.second is not None for session in sessions)
 
 
+@pytest.mark.slow
 def test_drawn_session_survives_its_scenario_file(tmp_path: Path) -> None:
     for number, session in enumerate(drawn(range(30))):
         path = tmp_path / f"{number}.toml"

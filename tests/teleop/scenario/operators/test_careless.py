@@ -144,6 +144,7 @@ def test_it_presses_the_estop_and_releases_it(only: Any) -> None:
     assert robot.x > 1.0
 
 
+@pytest.mark.slow
 def test_mistakes_are_those_of_the_seed_and_all_of_them_are_made() -> None:
     assert drive(seed=1).commands == drive(seed=1).commands
     assert drive(seed=1).commands != drive(seed=2).commands

@@ -123,6 +123,7 @@ def test_kidnap_to_where_no_robot_can_stand_leaves_it_and_says_so(to: Any, why: 
     assert why in text
 
 
+@pytest.mark.slow
 def test_kidnap_anywhere_is_drawn_by_the_seed() -> None:
     def place(seed: int) -> float:
         return run(scenario({"kind": "kidnap", "at": 0.1}, seed=seed, time=0.14)).x[-1]

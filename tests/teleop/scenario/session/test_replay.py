@@ -117,6 +117,7 @@ def test_repeated_run_can_be_repeated(recorded: Path, tmp_path: Path) -> None:
     assert_repeats(tmp_path / "second", second, tmp_path / "third")
 
 
+@pytest.mark.slow
 def test_repeated_run_says_where_it_is_kept(recorded: Path, tmp_path: Path) -> None:
     assert replay_run(recorded).replay == ""
     again = tmp_path / "once again"
@@ -176,6 +177,7 @@ def test_operator_that_raises_ends_the_run_and_what_was_recorded_is_kept(tmp_pat
     )
 
 
+@pytest.mark.slow
 def test_rules_on_what_clients_sent_are_judged_the_same_in_a_repeated_run(tmp_path: Path) -> None:
     first = run_scenario(scenario(limits={"rules": True}), tmp_path / "run", operator=Forward())
     assert first.figures["rules"] == 0

@@ -156,6 +156,7 @@ def test_axes_of_a_run_show_the_peaks_of_sigma_and_nothing_covers_the_health(
     assert legend.get_window_extent().y1 < health.get_window_extent().y0
 
 
+@pytest.mark.slow
 def test_run_without_a_pose_is_drawn_and_misses_its_limits(tmp_path: Path) -> None:
     scenario = replace(in_memory(TourOptions(duration=0.5)), start=Start(known="nothing"))
     summary = drive_tour(scenario, tmp_path).summary
