@@ -36,23 +36,31 @@ class Course:
 
 
 @dataclass(frozen=True, slots=True)
-class Kidnap:
-    """What became of one robot that was carried off, and of the same robot left where it was."""
+class Noticed:
+    """What was said of one robot that was carried off, and of the same robot left where it was."""
 
     doubted: bool
     """Whether the pose was not right or not trusted before: then nothing after it is counted."""
     alarm: float
     """Time until an alarm [s]; infinite if there was none."""
+    false_alarms: int
+    """How often an alarm began in the same stretch without a kidnap."""
+    alarmed: float
+    """Share of that stretch's scans with an alarm."""
+    watched: float
+    """Length of that stretch [s]."""
+
+
+@dataclass(frozen=True, slots=True)
+class Kidnap(Noticed):
+    """What became of our localiser's robot besides."""
+
     recovery: float
     """Time until the begin of ``HELD`` with a right and trusted pose [s]; infinite if there was none."""
     search: float
     """The same time of a localiser that begins at the second place without a pose [s]."""
     misled: float
     """Time in a trusted state with a pose that is not right [s]."""
-    false_alarms: int
-    """How often an alarm began in the same stretch without a kidnap."""
-    watched: float
-    """Length of that stretch [s]."""
 
 
 def pairs(
@@ -84,6 +92,31 @@ def pairs(
             yield start, int(rng.choice(far))
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class Stretches:
+    """The readings of a robot that is carried off, and of the same robot left where it was."""
+
+    carried: Sequence[Reading]
+    left: Sequence[Reading]
+    before: int
+    """Number of scans before it is carried off."""
+    watched: float
+    """Length of the stretch after that, of the robot that was left [s]."""
+
+
+def stretches(drive: RealDrive, start: int, goal: int, course: Course = Course()) -> Stretches:
+    """Return what becomes of a robot that begins at one scan and is carried off to another."""
+    scans = Scans.of(drive)
+    lifted, end = scans.until(start, course.before), scans.until(goal, course.after)
+    stays = scans.until(lifted, course.after)
+    return Stretches(
+        tuple(kidnapped(scans.between(start, lifted), scans.between(goal, end))),
+        scans.between(start, stays),
+        lifted - start,
+        float(scans.stamps[min(stays, len(scans.stamps)) - 1] - scans.stamps[lifted - 1]),
+    )
+
+
 def kidnap(
     drive: RealDrive,
     config: LocalizerConfig,
@@ -95,11 +128,8 @@ def kidnap(
 
     Those two begin at the true pose. All counts of time begin with the first scan after the kidnap.
     """
-    scans = Scans.of(drive)
-    lifted, end = scans.until(start, course.before), scans.until(goal, course.after)
-    stays = scans.until(lifted, course.after)
-    carried = tuple(kidnapped(scans.between(start, lifted), scans.between(goal, end)))
-    here = place_at(drive, start)
+    scans, s = Scans.of(drive), stretches(drive, start, goal, course)
+    here, n = place_at(drive, start), s.before
 
     def replayed(readings: Sequence[Reading], start: Pose | None) -> list[Answer]:
         localizer = Localizer(drive.world, drive.log.mounts, config)
@@ -107,27 +137,32 @@ def kidnap(
             localizer.relocalize()
         return list(answered(readings, localizer, start=start, mount=drive.mount))
 
-    found = replayed(carried, here)
-    n = lifted - start
+    found, left = replayed(s.carried, here), replayed(s.left, here)
     ready = (
-        len(found) > n and found[n - 1].health in TRUSTED and right(drive, found[n - 1], lifted - 1)
+        len(found) > n
+        and found[n - 1].health in TRUSTED
+        and right(drive, found[n - 1], start + n - 1)
     )
-    left = replayed(scans.between(start, stays), here)
-    states = [a.health in ALARMS for a in left[n - 1 :]]
-    false = sum(b and not a for a, b in pairwise(states))
-    watched = scans.stamps[min(stays, len(scans.stamps)) - 1] - scans.stamps[lifted - 1]
+    end = scans.until(goal, course.after)
     search = _recovered(drive, goal, replayed(scans.between(goal, end), None))
     after = found[n:]
     alarms = [_since(after, a) for a in after if a.health in ALARMS]
+    idle = [a.health in ALARMS for a in left[n - 1 :]]
     return Kidnap(
         doubted=not ready,
         alarm=min(alarms, default=np.inf),
         recovery=_recovered(drive, goal, after),
         search=search,
         misled=_misled(drive, goal, after),
-        false_alarms=false,
-        watched=float(watched),
+        false_alarms=onsets(idle),
+        alarmed=float(np.mean(idle)),
+        watched=s.watched,
     )
+
+
+def onsets(alarms: Sequence[bool]) -> int:
+    """Return how often an alarm began."""
+    return sum(now and not before for before, now in pairwise(alarms))
 
 
 def _since(after: Sequence[Answer], answer: Answer) -> float:

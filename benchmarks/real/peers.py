@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import time
 from collections.abc import Callable, Iterator, Mapping
 from typing import Protocol
@@ -112,7 +113,12 @@ def peer_answers(drive: RealDrive, name: str) -> Iterator[Answer]:
         begun = time.process_time()
         pose = peer.add(sweep_of(scan, drive.mount), odom_from_base)
         seconds = time.process_time() - begun
-        yield Answer(scan.stamp, pose @ drive.mount, _UNKNOWN, None, seconds)
+        yield unknown(scan.stamp, pose @ drive.mount, seconds)
+
+
+def unknown(stamp: int, map_from_scanner: Pose, seconds: float = math.nan) -> Answer:
+    """Return the answer of a method that says neither a covariance nor a state."""
+    return Answer(stamp, map_from_scanner, _UNKNOWN, None, seconds)
 
 
 def sweep_of(scan: Scan, mount: Pose) -> Sweep:

@@ -14,7 +14,7 @@ import numpy as np
 from benchmarks.common.figures import OURS, Figure, say
 from benchmarks.common.progress import note, with_progress
 from benchmarks.common.sheet import Sheet
-from benchmarks.real import hints, kidnaps
+from benchmarks.real import hints, kidnaps, rules
 from benchmarks.real.log_tracks import planar
 from benchmarks.real.logs import Excerpt, RealDrive, again
 from benchmarks.real.peers import PEERS, peer_answers
@@ -27,7 +27,16 @@ from benchmarks.real.scores import (
     score_real,
 )
 from benchmarks.real.submissions import Submission, submitted_answers
-from benchmarks.real.tables import HINTS, KIDNAPS, markdown, of_hints, of_kidnaps, of_score
+from benchmarks.real.tables import (
+    HINTS,
+    KIDNAPS,
+    RULES,
+    markdown,
+    of_hints,
+    of_kidnaps,
+    of_noticed,
+    of_score,
+)
 from benchmarks.real.yardstick import run_yardstick
 from localization.geometry import FloatArray
 from localization.pipeline.localizer import Localizer, LocalizerConfig
@@ -72,6 +81,7 @@ def parts(
     yield excerpt.case, _scores(wanted, excerpt, drive, config)
     if wanted.kidnaps:
         yield f"{KIDNAPS}{excerpt.case}", _carried_off(wanted, drive, config)
+        yield f"{RULES}{excerpt.case}", _ruled(wanted, drive)
     if wanted.hints:
         yield f"{HINTS}{excerpt.case}", _started(wanted, drive, config)
 
@@ -138,6 +148,15 @@ def _carried_off(wanted: Wanted, drive: RealDrive, config: LocalizerConfig) -> I
     trials = (kidnaps.kidnap(drive, config, *pair) for pair in pairs)
     done = list(with_progress(trials, len(pairs), f"{drive.case}: kidnaps"))
     yield from _said(of_kidnaps(drive.case, done), "kidnaps")
+
+
+def _ruled(wanted: Wanted, drive: RealDrive) -> Iterator[Figure]:
+    """Ask others' rules about the same robots."""
+    pairs = list(kidnaps.pairs(drive, count=wanted.kidnaps, seed=wanted.seed))
+    trials = (rules.judged(drive, *pair) for pair in pairs)
+    done = list(with_progress(trials, len(pairs), f"{drive.case}: others' rules"))
+    for rule in rules.RULES:
+        yield from _said(of_noticed(drive.case, rule, [said[rule] for said in done]), rule)
 
 
 def _started(wanted: Wanted, drive: RealDrive, config: LocalizerConfig) -> Iterator[Figure]:

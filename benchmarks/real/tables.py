@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -11,10 +11,10 @@ import numpy as np
 from benchmarks.common.figures import OURS, Figure, digits, poisson, share
 from benchmarks.common.sheet import Sheet
 from benchmarks.real.hints import Start
-from benchmarks.real.kidnaps import Kidnap
+from benchmarks.real.kidnaps import Kidnap, Noticed
 from benchmarks.real.scores import RealScore
 
-KIDNAPS, HINTS = "kidnaps, ", "starts, "
+KIDNAPS, HINTS, RULES = "kidnaps, ", "starts, ", "rules, "
 """How the names of parts begin that hold such trials; the others hold the scores of a drive."""
 SOON = 2.0
 """A kidnap should be noticed within this time [s]."""
@@ -51,17 +51,31 @@ def of_score(case: str, method: str, s: RealScore, cpu_mean: float) -> Iterator[
         yield figure
 
 
-def of_kidnaps(case: str, trials: Sequence[Kidnap]) -> Iterator[Figure]:
-    """Yield the figures of robots that were carried off."""
+def of_noticed(case: str, method: str, trials: Sequence[Noticed]) -> Iterator[Figure]:
+    """Yield what was said of robots that were carried off, and of those that were not."""
     ready = [t for t in trials if not t.doubted]
     n = len(ready)
-    yield Figure(case, OURS, "trials", float(len(trials)), "", len(trials))
-    yield share(case, OURS, "right and trusted before", n, len(trials))
-    yield share(case, OURS, "alarm within 2 s", sum(t.alarm <= SOON for t in ready), n)
+    yield Figure(case, method, "trials", float(len(trials)), "", len(trials))
+    yield share(case, method, "right and trusted before", n, len(trials))
+    yield share(case, method, "alarm within 2 s", sum(t.alarm <= SOON for t in ready), n)
     alarms = [t.alarm for t in ready if math.isfinite(t.alarm)]
-    yield share(case, OURS, "alarm at all", len(alarms), n)
-    yield Figure(case, OURS, "alarm p50", _middle(alarms), "s", len(alarms))
-    yield Figure(case, OURS, "alarm max", max(alarms, default=math.nan), "s", len(alarms))
+    yield share(case, method, "alarm at all", len(alarms), n)
+    yield Figure(case, method, "alarm p50", _middle(alarms), "s", len(alarms))
+    yield Figure(case, method, "alarm max", max(alarms, default=math.nan), "s", len(alarms))
+    hours, events = sum(t.watched for t in trials) / 3600.0, sum(t.false_alarms for t in trials)
+    yield Figure(case, method, "watched", hours, "h", len(trials))
+    alarmed = 100.0 * _mean([t.alarmed for t in trials])
+    yield Figure(case, method, "alarmed without a kidnap", alarmed, "%", len(trials))
+    if hours > 0.0:
+        low, high = (bound / hours for bound in poisson(events))
+        yield Figure(case, method, "false alarms", events / hours, "per h", events, low, high)
+
+
+def of_kidnaps(case: str, trials: Sequence[Kidnap]) -> Iterator[Figure]:
+    """Yield the figures of our localiser on robots that were carried off."""
+    yield from of_noticed(case, OURS, trials)
+    ready = [t for t in trials if not t.doubted]
+    n = len(ready)
     recovered = [t.recovery for t in ready if math.isfinite(t.recovery)]
     yield share(case, OURS, "recovered", len(recovered), n)
     yield Figure(case, OURS, "recovery p50", _middle(recovered), "s", len(recovered))
@@ -70,11 +84,6 @@ def of_kidnaps(case: str, trials: Sequence[Kidnap]) -> Iterator[Figure]:
     yield share(case, OURS, "found by a fresh search", len(searched), len(trials))
     yield Figure(case, OURS, "fresh search p50", _middle(searched), "s", len(searched))
     yield Figure(case, OURS, "misled mean", _mean([t.misled for t in ready]), "s", n)
-    hours, events = sum(t.watched for t in trials) / 3600.0, sum(t.false_alarms for t in trials)
-    if hours > 0.0:
-        low, high = (bound / hours for bound in poisson(events))
-        rate = events / hours
-        yield Figure(case, OURS, "false alarms", rate, "per h", events, low, high)
 
 
 def of_hints(case: str, kind: str, starts: Sequence[Start]) -> Iterator[Figure]:
@@ -155,6 +164,66 @@ def kidnaps(sheet: Sheet) -> str:
     return "\n".join(lines) if len(lines) > 2 else NONE
 
 
+def knowing(sheet: Sheet) -> str:
+    """Return the table of who knows that a robot was carried off: a row for each rule on each log, and on all."""
+    found = {**_rows(sheet, KIDNAPS), **_rows(sheet, RULES)}
+    logs = list(dict.fromkeys(case for case, method in found if method != OURS))
+    methods = list(dict.fromkeys(method for _, method in found))
+    lines = [
+        "| log | rule | n (of them right and trusted before) | said within 2 s | said at all | after, p50 / max, s"
+        " | false alarms per h | alarmed without a kidnap | watched, h |",
+        "|" + "---|" * 9,
+    ]
+    for case in logs:
+        lines += [
+            _knows(case, method, found[case, method])
+            for method in methods
+            if (case, method) in found
+        ]
+    for method in methods:
+        lines.append(_knows_all(method, [found[c, method] for c in logs if (c, method) in found]))
+    return "\n".join(lines) if logs else NONE
+
+
+def _knows(case: str, method: str, f: Mapping[str, Figure]) -> str:
+    cells = [
+        case,
+        f"**{method}**" if method == OURS else method,
+        f"{f['trials'].value:.0f} ({f['alarm within 2 s'].n})",
+        _bounded(f["alarm within 2 s"]),
+        _bounded(f["alarm at all"]),
+        f"{digits(f['alarm p50'].value)} / {digits(f['alarm max'].value)}"
+        if "alarm p50" in f
+        else "",
+        replace(f["false alarms"], unit="").text if "false alarms" in f else _NO_SCORE,
+        _percent(f["alarmed without a kidnap"]) if "watched" in f else _NO_SCORE,
+        digits(f["watched"].value) if "watched" in f else _NO_SCORE,
+    ]
+    return f"| {' | '.join(cells)} |"
+
+
+def _knows_all(method: str, each: Sequence[Mapping[str, Figure]]) -> str:
+    """Return the row of a rule on all logs together."""
+    n = sum(f["alarm within 2 s"].n for f in each)
+    total = {"trials": replace(each[0]["trials"], value=sum(f["trials"].value for f in each))}
+    for q in ("alarm within 2 s", "alarm at all"):
+        events = sum(round(f[q].value * f[q].n / 100.0) for f in each if f[q].n)
+        total[q] = share("all", method, q, events, n)
+    hours = sum(f["watched"].value for f in each if "watched" in f)
+    if hours > 0.0:
+        events = sum(f["false alarms"].n for f in each)
+        low, high = (bound / hours for bound in poisson(events))
+        total["false alarms"] = Figure(
+            "all", method, "false alarms", events / hours, "per h", events, low, high
+        )
+        total["watched"] = Figure("all", method, "watched", hours, "h", len(each))
+        shares = [f["alarmed without a kidnap"].value * f["watched"].value for f in each]
+        total["alarmed without a kidnap"] = Figure(
+            "all", method, "alarmed without a kidnap", sum(shares) / hours, "%", len(each)
+        )
+    return _knows("**all**", method, total)
+
+
 def hints(sheet: Sheet) -> str:
     """Return the table of starts: a row for each kind of hint on each log."""
     lines = [
@@ -182,7 +251,7 @@ def _rows(sheet: Sheet, kind: str) -> dict[tuple[str, str], dict[str, Figure]]:
     """Return figures by case and method, then by quantity, of the parts of a kind."""
     rows: dict[tuple[str, str], dict[str, Figure]] = {}
     for name, figures in sheet.parts.items():
-        of = next((k for k in (KIDNAPS, HINTS) if name.startswith(k)), "")
+        of = next((k for k in (KIDNAPS, HINTS, RULES) if name.startswith(k)), "")
         for f in figures if of == kind else ():
             rows.setdefault((f.case, f.method), {})[f.quantity] = f
     return rows

@@ -111,6 +111,14 @@ class MonteCarlo:
             moved = Pose.identity()
         return Pose.planar(*self._mean.tolist()) @ moved
 
+    @property
+    def spread(self) -> FloatArray:
+        """Standard deviation of the particles (3,): x, y [m], yaw [rad]."""
+        off = self._particles - self._mean
+        off[:, 2] = np.mod(off[:, 2] + np.pi, 2.0 * np.pi) - np.pi
+        found: FloatArray = np.sqrt((off**2).mean(axis=0))
+        return found
+
     def _move(self, moved: Pose) -> None:
         a, n = self.config.motion_noise, len(self._particles)
         x, y = moved.position[:2]
