@@ -14,7 +14,7 @@ from collections.abc import Iterator, Mapping, Sequence
 import numpy as np
 from scipy.spatial import KDTree
 
-from benchmarks.real.kidnaps import Noticed, onsets, stretches
+from benchmarks.real.kidnaps import Course, Noticed, onsets, stretches
 from benchmarks.real.log_tracks import odometry_at_scans
 from benchmarks.real.logs import RealDrive
 from benchmarks.real.peers import sweep_of, unknown
@@ -32,15 +32,21 @@ WARNED = np.array([0.2, 0.2, 0.1])
 """Standard deviations of x, y [m] and yaw [rad] above which amcl warns: its defaults."""
 
 
-def judged(drive: RealDrive, start: int, goal: int) -> Mapping[str, Noticed]:
+def judged(
+    drive: RealDrive,
+    start: int,
+    goal: int,
+    course: Course = Course(),  # noqa: B008  (frozen)
+) -> Mapping[str, Noticed]:
     """Carry a particle filter's robot off, let the same robot drive on, and ask each rule at each scan.
 
     Args:
         drive: the excerpt.
         start: scan at which the robot begins, at its true pose.
         goal: scan at which it goes on after it was carried off.
+        course: how it is carried off.
     """
-    s, walls = stretches(drive, start, goal), KDTree(drive.world.cloud.points[:, :2])
+    s, walls = stretches(drive, start, goal, course), KDTree(drive.world.cloud.points[:, :2])
     n, here = s.before, place_at(drive, start)
     found = list(_watched(drive, s.carried, here, walls))
     left = list(_watched(drive, s.left, here, walls))

@@ -8,16 +8,29 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy.spatial import KDTree
 
 from benchmarks.common.figures import OURS
+from benchmarks.common.sheet import Sheet
 from benchmarks.real import command as real
 from benchmarks.real.hints import KINDS, beginnings, start_at
-from benchmarks.real.kidnaps import HELD, Course, _misled, _recovered, kidnap, pairs
+from benchmarks.real.kidnaps import (
+    HELD,
+    Course,
+    Noticed,
+    _misled,
+    _recovered,
+    kidnap,
+    pairs,
+    stretches,
+)
 from benchmarks.real.log_tracks import odometry_at_scans
 from benchmarks.real.logs import Excerpt, RealDrive, real_drive
-from benchmarks.real.peers import AMCL, GICP, KISS, peer_answers
+from benchmarks.real.peers import AMCL, GICP, KISS, peer_answers, sweep_of
+from benchmarks.real.rules import ERROR, FAILED, RULES, judged, mean_absolute_error
 from benchmarks.real.scores import Answer, _quantile_bounds, score_real
 from benchmarks.real.submissions import read_submission, submitted_answers
+from benchmarks.real.tables import RULES as RULE_PARTS, knowing, of_noticed
 from benchmarks.real.trials import place_at
 from localization.pipeline.localizer import LocalizerConfig
 from localization.types import SECOND, Health, Odometry, Pose, Reading, Scan
@@ -103,6 +116,45 @@ def test_robot_carried_off_begins_at_one_place_and_goes_on_far_from_it(drive: Re
     assert result.watched == pytest.approx(course.after, abs=0.5)
 
 
+def test_error_rule_is_silent_where_beams_end_on_walls_and_speaks_where_a_pose_is_wrong(
+    drive: RealDrive,
+) -> None:
+    walls = KDTree(drive.world.cloud.points[:, :2])
+    scan = next(r for r in drive.readings if isinstance(r, Scan))
+    sweep, here = sweep_of(scan, drive.mount), place_at(drive, 0)
+    assert mean_absolute_error(sweep, here, walls) < 0.05
+    assert mean_absolute_error(sweep, here @ Pose.planar(0.6, 0.5, 0.4), walls) > FAILED
+    # Beams that end farther from the map than a metre say nothing, all together that nothing is wrong.
+    assert mean_absolute_error(sweep, Pose.planar(90.0, 0.0, 0.0), walls) == 0.0
+
+
+@pytest.mark.slow
+def test_others_rules_are_asked_of_the_same_robots(drive: RealDrive) -> None:
+    course = Course(before=4.0, after=4.0, way=0.2, apart=1.5)
+    pair = next(pairs(drive, course, count=1, seed=0))
+    said = judged(drive, *pair, course)
+    assert list(said) == list(RULES)
+    assert {n.watched for n in said.values()} == {stretches(drive, *pair, course).watched}
+    assert not said[ERROR].doubted
+    assert said[ERROR].alarm < 2.0
+    assert said[ERROR].false_alarms == said[ERROR].alarmed == 0
+
+
+def test_knowing_is_counted_over_all_logs_together() -> None:
+    sheet, hour = Sheet(None), 3600.0
+    one = [Noticed(False, 0.5, 1, 0.1, hour), Noticed(False, np.inf, 0, 0.0, hour)]
+    two = [Noticed(False, 3.0, 0, 0.2, 2.0 * hour), Noticed(True, 0.0, 2, 0.3, 2.0 * hour)]
+    for case, trials in (("a", one), ("b", two)):
+        sheet.put(f"{RULE_PARTS}{case}", list(of_noticed(case, ERROR, trials)), seconds=1.0)
+    *_, last = knowing(sheet).splitlines()
+    cells = [cell.strip() for cell in last.strip("|").split("|")]
+    assert cells[:3] == ["**all**", ERROR, "4 (3)"]
+    assert cells[3].startswith("33.3")
+    assert cells[4].startswith("66.7")
+    assert cells[6].startswith("0.5 ")
+    assert cells[7:] == ["18.3 %", "6"]
+
+
 def test_recovery_is_a_right_and_trusted_pose_that_lasts(drive: RealDrive) -> None:
     def answers(states: Sequence[Health], *, wrong: Sequence[int]) -> list[Answer]:
         return [
@@ -163,7 +215,7 @@ def test_command_writes_figures_and_tables_beside_each_other(
     words = [str(folder), "--logs", "room", "--end", "12", "--peers", "--submission", str(path)]
     real.main([*words, "--kidnaps", "1"], out=out)
     held = json.loads(out.read_text(encoding="utf-8"))
-    assert list(held) == ["room, 0 to 12 s", "kidnaps, room, 0 to 12 s"]
+    assert list(held) == ["room, 0 to 12 s", "kidnaps, room, 0 to 12 s", "rules, room, 0 to 12 s"]
     methods = {f["method"] for f in held["room, 0 to 12 s"]["figures"]}
     assert methods == {OURS, KISS, GICP, AMCL, "theirs"}
     table = out.with_suffix(".md").read_text(encoding="utf-8")
