@@ -51,9 +51,7 @@ def with_settings(config: LocalizerConfig, values: Mapping[str, object]) -> Loca
         group = plain
         for part in groups:
             group = group[part]
-        # What follows from the sensors may be what nobody can ask for, such as an infinite time for never.
-        if value != group[last]:
-            group[last] = _converted(name, kinds[name], value)
+        group[last] = _converted(name, kinds[name], value)
     try:
         return from_json(LocalizerConfig, plain)
     except (LocalizationError, TypeError, ValueError) as error:

@@ -132,7 +132,7 @@ class EkfConfig:
                 gyro_bias_walk=1e-6,
                 skid_steer=(along, _YAW_RATIO, lateral, ahead),
                 # Without a gyro nothing shows that a robot at rest is turned by hand.
-                still_settle=math.inf,
+                still_settle=_NEVER,
             )
         if sensors.flat:
             odometry = replace(config.odometry, heave=1e-4, rocking=_ROCKING_LEVEL)
@@ -149,6 +149,8 @@ _ANY_GYRO_BIAS = math.radians(1.0)
 """Error of the bias of an inertial unit that nobody calibrated, at the start [rad/s]."""
 _ANY_GYRO_SCALE = 0.01
 """Error of its scale, as a share of the turn: data sheets of small MEMS units have 0.5 to 3 %."""
+_NEVER = 1e9
+"""A time that no drive lasts [s]; unlike an infinite one, every program reads it from JSON."""
 _LEVEL = math.radians(0.1)
 """Tilt of a floor that is said to be flat, at each sweep, one sigma [rad]."""
 _ROCKING = math.radians(0.3)
