@@ -185,7 +185,7 @@ def test_log_is_calibrated_and_localised_with_the_result(
     assert len((tmp_path / "run" / "estimate.tum").read_text().splitlines()) > 100
 
 
-WATCH = LocalizerConfig(extrinsics_monitor=ExtrinsicsMonitorConfig(stretches=3))
+WATCH = LocalizerConfig(extrinsics_monitor=ExtrinsicsMonitorConfig(stretches=2))
 
 
 def doubts(world: PreparedMap, readings: list[Reading], mounts: Mounts) -> set[str]:
