@@ -185,6 +185,15 @@ def knowing(sheet: Sheet) -> str:
     return "\n".join(lines) if logs else NONE
 
 
+def of_knowing(sheet: Sheet) -> Sheet:
+    """Return the parts that this table is made of."""
+    some = Sheet(None)
+    for part in sheet.parts:
+        if part.startswith((KIDNAPS, RULES)):
+            some.parts[part], some.facts[part] = sheet.parts[part], sheet.facts[part]
+    return some
+
+
 def _knows(case: str, method: str, f: Mapping[str, Figure]) -> str:
     cells = [
         case,

@@ -168,6 +168,7 @@ TABLES: dict[str, Callable[[Sheet], str]] = {
     "real-scores": real_tables.scores,
     "real-kidnaps": real_tables.kidnaps,
     "real-knowing": real_tables.knowing,
+    "real-knowing-facts": lambda sheet: facts(real_tables.of_knowing(sheet)),
     "real-hints": real_tables.hints,
     "real-facts": facts,
     "ablation": ablation,

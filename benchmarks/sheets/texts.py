@@ -131,13 +131,13 @@ KNOWING: Final = """\
 # Sheet: who knows that the pose is wrong
 
 Printed by `python -m benchmarks.sheets` from `benchmarks/results/real.json`; a test compares the two. Fifty robots are carried
-off on each of six public [logs](../localization.md#public-logs), as Fox, Burgard and Thrun (1999) carry theirs: ten seconds of
+off on each of the public [logs](../localization.md#public-logs) below, as Fox, Burgard and Thrun (1999) carry theirs: ten seconds of
 the log from one place, and at once, without a gap in time or odometry, at least half a minute and three metres from another,
 four metres away or more. The same robot that is not carried off counts the false alarms.
 
 ```sh
-python -m benchmarks real FOLDER --kidnaps 50 --out benchmarks/results    # the folder holds the logs
-python -m benchmarks.sheets
+.venv/bin/python -m benchmarks real FOLDER --kidnaps 50 --out benchmarks/results    # the folder holds the logs
+.venv/bin/python -m benchmarks.sheets
 ```
 
 | rule | asked of | says that the pose is wrong where |
@@ -159,7 +159,7 @@ rule is tried here. It was trained on other scanners and maps.
 
 {real-knowing}
 
-{real-facts}
+{real-knowing-facts}
 """
 
 ARM: Final = """\
