@@ -254,7 +254,7 @@ def _judged(
         record: of the sweep.
         registration: of it.
         r: settings.
-        blind: whether the robot drove without a sweep before: then its own motion rules out no place.
+        blind: whether the robot drove without a sweep before, and may be anywhere.
     """
     # Wheels without a gyro turn too roughly to say where a surface was seen before; the filter has been
     # corrected by the scanner.
