@@ -59,6 +59,9 @@ class HealthConfig:
     """A doubt that lasts for so long has the whole map searched for other places that fit [s]."""
     lost_sigma: float = 1.0
     """A horizontal position known no better than this is lost, one sigma [m]."""
+    agreement_distance: float = 3.0
+    """After a placement, a jump and a request to search, the robot's own motion rules out no place until sweeps have
+    agreed with the pose over this distance [m]."""
     silence: int = SECOND // 2
     """A scanner or encoder without readings for this long is reported as silent [ns]."""
 
@@ -85,8 +88,13 @@ class HealthMonitor:
     """Axes of the robot that the last match does not constrain."""
     consistency: ScanConsistency = _CONSISTENT
     """Agreement of the sweeps with the map, averaged over about a second."""
+    unconfirmed: float = 0.0
+    """Distance over which sweeps still must agree with the pose before nothing but its own motion can have
+    moved the robot [m]; set by a placement, a jump, and a request to search."""
     carried: bool = False
     """Whether what is seen changed at once, as if the robot had been carried."""
+    ruled_out: float = 0.0
+    """Distance of a place that explains more of the sweeps, but to which the robot cannot have moved [m]."""
 
     @property
     def doubtful(self) -> bool:
@@ -105,14 +113,25 @@ class HealthMonitor:
             return False
         return self.doubted_for >= self.config.check_after or (self.carried and not self.doubtful)
 
+    def unwitnessed(self) -> HealthMonitor:
+        """Return the monitor of a robot whose own motion rules out no place, until metres agree."""
+        return replace(self, unconfirmed=self.config.agreement_distance)
+
     def after_check(self) -> HealthMonitor:
         """Return the monitor after a search found that the robot is where it is believed to be."""
-        return replace(self, carried=False)
+        return replace(self, unconfirmed=0.0, ruled_out=0.0, carried=False)
+
+    def after_distance(self, distance: float) -> HealthMonitor:
+        """Return the monitor after the robot moved on by a distance [m], over which the sweeps agreed or not."""
+        if self.unconfirmed <= 0.0 or self.doubtful:
+            return self
+        left = max(0.0, self.unconfirmed - distance)
+        return replace(self, unconfirmed=left, carried=self.carried and left > 0.0)
 
     @classmethod
     def placed(cls, config: HealthConfig, belief: BeliefConfig) -> HealthMonitor:
         """Return the monitor of a pose at which the robot was found."""
-        return cls(config, belief, Belief.of_found(belief))
+        return cls(config, belief, Belief.of_found(belief), unconfirmed=config.agreement_distance)
 
     def after_sweep(
         self,
@@ -183,6 +202,7 @@ class HealthMonitor:
             why=why,
             unobservable=unobservable_axes(match, pose),
             consistency=_smoothed(usual, consistency, new),
+            unconfirmed=self.config.agreement_distance if carried or blind else self.unconfirmed,
             carried=carried or self.carried,
         )
 
@@ -213,7 +233,7 @@ class HealthMonitor:
         if self.lost:
             return Health.LOST, (self.why, *missing)
         if self.doubtful:
-            return Health.SUSPECT, (self.why, *missing)
+            return Health.SUSPECT, (self.why, *self._ruled_out(), *missing)
         if blind:
             # Wheels that slip now mislead it by any distance, unobserved.
             return Health.SUSPECT, (f"{blind}: only the robot's own motion is known", *missing)
@@ -223,6 +243,14 @@ class HealthMonitor:
         degraded = _PLANAR & set(self.unobservable) or missing
         state = Health.DEGRADED if degraded else Health.TRACKING
         return state, (*unseen, *missing, *mounts, *self._remarks())
+
+    def _ruled_out(self) -> tuple[str, ...]:
+        if self.ruled_out <= 0.0:
+            return ()
+        return (
+            f"a place {self.ruled_out:.1f} m away explains more, but the robot's own motion rules it out:"
+            " give a hint if it is right",
+        )
 
     def _remarks(self) -> tuple[str, ...]:
         """What an operator may want to know about the place, though it contradicts no pose."""

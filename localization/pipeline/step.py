@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import Enum, auto
 from typing import TypeAlias
 
@@ -19,6 +19,7 @@ from localization.config import LocalizerConfig
 from localization.filter.covariance import horizontal_sigma
 from localization.filter.displacement_prediction import predict_displacement
 from localization.filter.ekf import with_pose
+from localization.filter.pose_error import difference
 from localization.filter.prediction import predict
 from localization.filter.updates import update_standstill, update_wheel_yaw
 from localization.monitoring.belief import evidence_unmoved, probably_carried
@@ -39,7 +40,8 @@ from localization.pipeline.resources import Resources
 from localization.pipeline.state import State
 from localization.pipeline.sweep_update import Registration, corrected_by_sweep
 from localization.pipeline.undo import ReplacedEstimate
-from localization.relocalization.relocalizer import Placement, RelocalizerState
+from localization.relocalization.relocalizer import Placement
+from localization.relocalization.verification import same_place
 from localization.types import (
     GRAVITY,
     SECOND,
@@ -49,6 +51,7 @@ from localization.types import (
     Pose,
     Reading,
     Scan,
+    Verdict,
     WheelSpeeds,
 )
 
@@ -87,7 +90,9 @@ def step(state: State, item: Input, r: Resources) -> tuple[State, Events]:
     """
     match item:
         case Command.SEARCH_MAP:
-            return state._replace(search=state.search.with_request()), ()
+            # An operator asks where the robot is: it may be anywhere.
+            health = state.health.unwitnessed()
+            return state._replace(search=state.search.with_request(), health=health), ()
         case Command.UNDO:
             return _undone(state, r.config)
         case Placement():
@@ -272,6 +277,8 @@ def _judged(
             registration.consistency, change, blind,
             state.slip.slipping(record.sweep.stamp),
         )  # fmt: skip
+        if not search.checking:
+            health = health.after_distance(driven)
     if state.placed and (_newly_carried(before, health) or health.needs_check):
         search = search.with_doubt()
     elif change is not None and not r.config.sensors.displaced and _left(change, r.config):
@@ -315,15 +322,32 @@ def _disambiguated(state: State, record: SweepRecord, r: Resources) -> tuple[Sta
         search, placement = r.relocalizer.disambiguate(
             state.search, record.sweep, state.odom_from_base, state.current
         )
-    state = _with_search(state, search)
-    return (state, ()) if placement is None else _placed(state, placement, r)
-
-
-def _with_search(state: State, search: RelocalizerState) -> State:
-    """Return the state after a step of the search, with what it means for the pose if that was a check which has ended."""
-    checked = state.search.checking and not search.checking
+    checked = state.search.checking and not search.checking and placement is None
     health = state.health.after_check() if checked else state.health
-    return state._replace(search=search, health=health)
+    state = state._replace(search=search, health=health)
+    if placement is None:
+        return state, ()
+    if state.placed and not state.health.lost and not _possible(state, placement, r.config):
+        step = placement.map_from_base.position - state.filter.pose.position
+        health = replace(state.health, ruled_out=float(np.hypot(*step[:2])))
+        return state._replace(health=health), ()
+    return _placed(state, placement, r)
+
+
+def _possible(state: State, placement: Placement, config: LocalizerConfig) -> bool:
+    """Return whether the robot can be at a place that is not where it is believed to be.
+
+    It can if it may have been moved without its sensors noticing, or if the place is its own, from which a shove may have
+    put the pose by decimetres, or one that the pose's uncertainty allows. Otherwise wheels, gyro and scanner, which have
+    led from one pose to the next, outweigh any number of points that another place explains.
+    """
+    own = same_place(state.filter.pose, placement.map_from_base, config.search)
+    if own or state.health.unconfirmed > 0.0:
+        return True
+    axes = [0, 1, 5]
+    off = difference(state.filter.pose, placement.map_from_base)[axes]
+    spread = state.filter.covariance + np.diag(np.square(config.placement_sigma))
+    return float(off @ np.linalg.solve(spread[np.ix_(axes, axes)], off)) <= config.ekf.gate(3)
 
 
 def _from_two_places(state: State, before: State, record: SweepRecord) -> bool:
@@ -357,7 +381,10 @@ def _searched(state: State, r: Resources) -> tuple[State, Events]:
         search, placement, answers = r.relocalizer.advance(
             state.search, state.stamp, state.odom_from_base, state.current
         )
-    state = _with_search(state, search)
+    state = state._replace(search=search)
+    if any(answer.verdict is Verdict.AMBIGUOUS for answer in answers):
+        # An operator doubts the pose: the motion that led to it rules out no place.
+        state = state._replace(health=state.health.unwitnessed())
     if placement is None:
         return state, answers
     state, events = _placed(state, placement, r)

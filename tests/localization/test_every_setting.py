@@ -69,6 +69,8 @@ RARE: frozenset[str] = frozenset(
         "extrinsics_monitor.remembered",
         "extrinsics_monitor.sigmas",
         "extrinsics_monitor.stretches",
+        "belief.rate",
+        "health.agreement_distance",
         "health.check_after",
         "health.lost_sigma",
         "health.silence",

@@ -288,5 +288,6 @@ def test_another_view_is_a_change_only_where_the_map_explains_less_of_it_than_be
 def test_robot_that_drove_without_a_sweep_is_believed_only_as_far_as_the_next_one_fits() -> None:
     fits, fits_not = (feed(STOOD, 1, seen, elapsed=3.0, blind=True) for seen in (GOOD, WRONG))
     assert not fits.doubtful
+    assert fits.unconfirmed == HealthConfig().agreement_distance
     assert fits_not.carried
     assert ask(fits_not)[0] is Health.SUSPECT
