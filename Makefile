@@ -61,7 +61,7 @@ test: .venv/.dev ## Run the tests but the long ones (ARGS="-k name" for some)
 
 long: .venv/.dev ## Run the long tests, which `make test` leaves out (ARGS="-k name" for some)
 	@tools/test-setup
-	@$(PYTEST) $(MORE) -m long $(ARGS)
+	@$(PYTEST) -m long $(ARGS)
 
 test-all-pythons: ## Run all tests on Python 3.11, 3.12 and 3.13, each in an environment of its own
 	@tools/test-setup
