@@ -82,8 +82,8 @@ class EkfConfig:
     """The noise of one specific force against the mean of those since the robot stands [m/s^2]: 0.02 of a
     small MEMS unit at 50 Hz, the rest for vibration."""
     still_gate: float = 21.1
-    """The largest squared departure of gyro or accelerometer from rest: chi-square, 3 degrees of freedom, 99.99 %, for
-    each reading asks."""
+    """The largest squared departure of gyro or accelerometer from rest: chi-square, 3 degrees of freedom, 99.99 %:
+    each reading is asked."""
     still_settle: float = 0.2
     """A robot stands once nothing has moved for this long [s]: its body nods when it stops."""
     still_recover: float = 1.0
