@@ -14,7 +14,7 @@ import numpy as np
 from benchmarks.common.figures import OURS, Figure, say
 from benchmarks.common.progress import note, with_progress
 from benchmarks.common.sheet import Sheet
-from benchmarks.real import hints, kidnaps, rules
+from benchmarks.real import failure_rules, hints, kidnaps
 from benchmarks.real.log_tracks import planar
 from benchmarks.real.logs import Excerpt, RealDrive, again
 from benchmarks.real.peers import PEERS, peer_answers
@@ -153,9 +153,9 @@ def _carried_off(wanted: Wanted, drive: RealDrive, config: LocalizerConfig) -> I
 def _ruled(wanted: Wanted, drive: RealDrive) -> Iterator[Figure]:
     """Ask others' rules about the same robots."""
     pairs = list(kidnaps.pairs(drive, count=wanted.kidnaps, seed=wanted.seed))
-    trials = (rules.judged(drive, *pair) for pair in pairs)
+    trials = (failure_rules.judged(drive, *pair) for pair in pairs)
     done = list(with_progress(trials, len(pairs), f"{drive.case}: others' rules"))
-    for rule in rules.RULES:
+    for rule in failure_rules.RULES:
         yield from _said(of_noticed(drive.case, rule, [said[rule] for said in done]), rule)
 
 

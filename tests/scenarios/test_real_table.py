@@ -13,6 +13,7 @@ from scipy.spatial import KDTree
 from benchmarks.common.figures import OURS
 from benchmarks.common.sheet import Sheet
 from benchmarks.real import command as real
+from benchmarks.real.failure_rules import ERROR, FAILED, RULES, judged, mean_absolute_error
 from benchmarks.real.hints import KINDS, beginnings, start_at
 from benchmarks.real.kidnaps import (
     HELD,
@@ -27,7 +28,6 @@ from benchmarks.real.kidnaps import (
 from benchmarks.real.log_tracks import odometry_at_scans
 from benchmarks.real.logs import Excerpt, RealDrive, real_drive
 from benchmarks.real.peers import AMCL, GICP, KISS, peer_answers, sweep_of
-from benchmarks.real.rules import ERROR, FAILED, RULES, judged, mean_absolute_error
 from benchmarks.real.scores import Answer, _quantile_bounds, score_real
 from benchmarks.real.submissions import read_submission, submitted_answers
 from benchmarks.real.tables import RULES as RULE_PARTS, knowing, of_noticed
