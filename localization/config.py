@@ -75,14 +75,13 @@ class LocalizerConfig:
     retry_below: float = 0.8
     """Where motion comes as displacements, a sweep of which the map explains a smaller share is tried with a
     wider prior."""
-    slip_memory: int = SECOND // 2
-    """The wheels are distrusted for this time after the last sign of slip [ns]."""
+    slip_rates: tuple[float, float] = (0.014, 1.4)
+    """How often wheels that roll begin to slip, and how soon slip that nothing shows any more ends [1/s]: half of it
+    does in half a second."""
     max_acceleration: float = 9.0
     """Largest acceleration that tyres can transmit, for a friction coefficient of about 0.9 [m/s^2]."""
-    overspeed_margin: float = 0.3
-    """A robot may move faster than its wheels roll by this much, pushed or on a slope [m/s]."""
     wheel_speed_noise: float = 0.05
-    """Change of wheel speed between two readings that noise may cause [m/s]."""
+    """Error of one reading of the wheels' speed, one sigma [m/s]."""
     placement_sigma: tuple[float, ...] = (0.05, 0.05, 0.02, 0.01, 0.01, 0.02)
     """Error of a pose found by searching: x, y, z [m], roll, pitch, yaw [rad], one sigma."""
     sweep_period: float = 0.1
@@ -90,9 +89,6 @@ class LocalizerConfig:
     in this time [s]. The information of a sweep was tuned at 10 Hz."""
     sweep_distance: float = 0.03
     """Sweeps that come as displacements count in full if the robot has moved on by this distance [m]."""
-    slip_window: float = 0.08
-    """Wheels and KISS-ICP are compared over at least this time [s]: each sweep of a scanner of 10 Hz,
-    several of faster ones."""
     map_share: float = 0.7
     """Part of the noise of a map's points that all points near a place have in common: however many sweeps are
     registered there, the position is known no better."""

@@ -26,6 +26,9 @@ REMOVED = (
     "growth of what passes through the map",
     "most that one sweep says",
     "mount uncertainty",
+    "overspeed margin",
+    "slip memory",
+    "slip window",
 )
 """Mechanisms that were a setting when the kept figures were measured and are none any more: their rows stay in
 the sheet as the reason for that, and cannot be run."""
@@ -66,10 +69,8 @@ MECHANISMS: Mapping[str, Change] = {
     "wider priors": without(retry_sigma=()),
     "wider priors for what fits badly": without(retry_below=0.0),
     "wider priors while wheels slip": without(good_inlier_ratio=2.0),
-    "overspeed margin": without(overspeed_margin=1e3),
     "acceleration limit": without(max_acceleration=1e6),
-    "slip memory": without(slip_memory=1),
-    "slip window": without(slip_window=0.0),
+    "slip that lasts": without(slip_rates=(0.014, 1e3)),
     "annealed kernel": without("registration", kernel_wide=0.04, rough_kernel_wide=0.1),
     "debiasing": without("registration", debias=0.04),
     "effective points": without("registration", effective_points=math.inf),

@@ -43,7 +43,6 @@ SPECIAL: Mapping[str, tuple[str, ...]] = {
 WITH_GYRO = (
     "acceleration limit",
     "tilt by accelerometer",
-    "slip window",
     "rest after a push",
 )
 """Mechanisms that need rim speeds and an inertial unit, which the real logs do not have."""

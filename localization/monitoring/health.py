@@ -167,6 +167,8 @@ class HealthMonitor:
         unwitnessed = slipping and refusal is not None
         unmoved = min(unmoved, 0.0) if unwitnessed else unmoved
         since = self.belief.after_time(elapsed, unmoved, b)
+        # Nor does it of wheels that slipped in the dark.
+        since = Belief(min(since.odds, 0.0)) if slipping and blind else since
         excess = 0.0 if refusal is None else refusal.excess
         evidence, off_map, mostly = 0.0, False, False
         if consistency is not None or refusal is not None:

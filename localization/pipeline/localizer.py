@@ -261,7 +261,7 @@ class Localizer:
         return status_of(
             state.health,
             placed=state.placed,
-            slipping=state.slip.shows(state.stamp),
+            slipping=state.wheels.shows,
             silent=silent,
             no_scanner=mounts.keys() <= set(silent),
             left_out=state.left_out if state.blind(config.health.silence) else 0,

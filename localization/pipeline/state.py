@@ -12,7 +12,7 @@ from localization.monitoring.belief import Belief
 from localization.monitoring.health import HealthMonitor
 from localization.monitoring.jump_detection import JumpDetector
 from localization.monitoring.silence_detection import ListeningTime, SourceTimes
-from localization.monitoring.slip_detection import SlipDetector
+from localization.monitoring.wheel_modes import WheelModes
 from localization.motion.kiss_odometry import KissState
 from localization.motion.motion_model import MotionModel
 from localization.motion.odometry_track import OdometryTrack
@@ -72,8 +72,8 @@ class State(NamedTuple):
     """The recent poses in ``odom``."""
     scans: ScanSynchronizer
     """The scans of the next sweep."""
-    slip: SlipDetector
-    """The evidence for wheel slip."""
+    wheels: WheelModes
+    """Whether the wheels roll or slip."""
     health: HealthMonitor
     """The evidence for and against the estimate."""
     jump: JumpDetector
@@ -109,7 +109,7 @@ class State(NamedTuple):
             filter=initial_state(config.ekf),
             track=OdometryTrack(max(2 * SECOND, config.late_readings.horizon)),
             scans=ScanSynchronizer(len(mounts), config.scanner_patience),
-            slip=SlipDetector(config),
+            wheels=WheelModes.rolling_on(config),
             health=HealthMonitor(config.health, config.belief, Belief.of_found(config.belief)),
             jump=JumpDetector(config.jump_detection),
             kiss=KissState(),

@@ -26,6 +26,7 @@ from localization.monitoring.belief import evidence_unmoved, probably_carried
 from localization.monitoring.health import HealthMonitor
 from localization.monitoring.jump_detection import Change, JumpDetector
 from localization.monitoring.silence_detection import SourceTimes, is_silence, with_reading
+from localization.monitoring.wheel_modes import WheelModes
 from localization.motion.deskew import deskew
 from localization.motion.motion_model import Increment
 from localization.pipeline.events import (
@@ -56,7 +57,7 @@ from localization.types import (
 )
 
 _LONGEST_MEAN = 0.1
-"""Rim speeds are means over at most this time [s]; after a pause of the encoders those of the gyro are."""
+"""Rim speeds and forces are means over at most this time [s]; after a pause of the encoders rates of the gyro are."""
 
 
 class Command(Enum):
@@ -132,7 +133,7 @@ def _received(state: State, reading: Reading) -> tuple[State, Increment | None]:
         received = with_reading(received, "wheels", reading.stamp, listened)
     elif isinstance(reading, Inertial):
         received = with_reading(received, "gyro", reading.stamp, listened)
-    motion, increment = state.motion.take(reading, state.slip.velocity)
+    motion, increment = state.motion.take(reading, state.wheels.velocity)
     return state._replace(motion=motion, scans=scans, received=received), increment
 
 
@@ -154,21 +155,16 @@ def _predicted(state: State, increment: Increment, r: Resources) -> State:
     if increment.step is not None:
         return _displaced(state, increment, increment.step, dt, r)
     with r.stage("predict"):
-        ekf, slip, filter_ = r.config.ekf, state.slip, state.filter
+        ekf, wheels, filter_ = r.config.ekf, _felt(state, increment, dt, r.config), state.filter
         left, right = increment.left, increment.right
         if increment.witnessed:
             witness, span = increment.witness, min(increment.covered, _LONGEST_MEAN)
-            slip = slip.wheels_read(filter_.rolling_speed(left, right), increment.covered, now)
+            wheels = wheels.wheels_read(filter_.rolling_speed(left, right), increment.covered)
             filter_, agree = update_wheel_yaw(filter_, ekf, witness, left, right, seconds=span)
-            slip = slip if agree else slip.distrusted(now)
+            wheels = wheels if agree else wheels.contradicted()
             filter_ = update_standstill(filter_, ekf, witness, left, right, seconds=span)
-        slip = slip.rolled_on(filter_.rolling_speed(left, right) * dt)
-        if r.config.sensors.accelerometer:
-            # Of the specific force, what is not gravity.
-            gravity = GRAVITY * float(filter_.pose.rotation[2, 0])
-            sigma = GRAVITY * math.sqrt(float(filter_.full_covariance[4, 4]))
-            slip = slip.felt(float(increment.force[0]) - gravity, sigma, dt, now)
-        distrusted = slip.slipping(now) or not increment.rolling
+        wheels = wheels.rolled_on(filter_.rolling_speed(left, right) * dt)
+        distrusted = wheels.slipping or not increment.rolling
         filter_, motion = predict(
             filter_,
             ekf,
@@ -178,25 +174,37 @@ def _predicted(state: State, increment: Increment, r: Resources) -> State:
             left,
             right,
             slipping=distrusted,
-            speed=slip.speed if distrusted else None,
+            speed=wheels.speed if distrusted else None,
         )
         odom = state.odom_from_base @ motion
         track = state.track.extended(now, odom)
         return state._replace(
-            stamp=now, odom_from_base=odom, track=track, filter=filter_, slip=slip
+            stamp=now, odom_from_base=odom, track=track, filter=filter_, wheels=wheels
         )
+
+
+def _felt(
+    state: State, increment: Increment, seconds: float, config: LocalizerConfig
+) -> WheelModes:
+    """Return the modes of the wheels after the robot felt how it speeds up: of the specific force, what is not gravity."""
+    if not config.sensors.accelerometer or seconds > _LONGEST_MEAN:
+        return state.wheels.after(seconds)
+    filter_ = state.filter
+    gravity = GRAVITY * float(filter_.pose.rotation[2, 0])
+    sigma = GRAVITY * math.sqrt(float(filter_.full_covariance[4, 4]))
+    return state.wheels.after(seconds, float(increment.force[0]) - gravity, sigma)
 
 
 def _displaced(state: State, increment: Increment, step: Pose, dt: float, r: Resources) -> State:
     """Move the filter on by what wheels without a gyro, or the base itself, counted, and by a gyro's turn."""
     now = increment.stamp
     with r.stage("predict"):
-        slip = state.slip.rolled_on(increment.distance)
+        wheels = state.wheels.after(dt).rolled_on(increment.distance)
         filter_, motion = predict_displacement(state.filter, r.config.ekf, step, dt, increment.gyro)
         odom = state.odom_from_base @ motion
         track = state.track.extended(now, odom)
         return state._replace(
-            stamp=now, odom_from_base=odom, track=track, filter=filter_, slip=slip
+            stamp=now, odom_from_base=odom, track=track, filter=filter_, wheels=wheels
         )
 
 
@@ -275,7 +283,7 @@ def _judged(
         health = health.after_sweep(
             match, state.filter.pose, registration.refusal, elapsed, driven,
             registration.consistency, change, blind,
-            state.slip.slipping(record.sweep.stamp),
+            state.wheels.slipping,
         )  # fmt: skip
         if not search.checking:
             health = health.after_distance(driven)

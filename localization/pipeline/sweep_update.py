@@ -32,7 +32,6 @@ from localization.filter.updates import (
 from localization.matching.matchers import MatchSweep
 from localization.matching.scan_consistency import explanation
 from localization.monitoring.health import Refusal, unobservable_axes
-from localization.monitoring.slip_detection import SlipDetector
 from localization.motion.kiss_odometry import ObservedMotion
 from localization.pipeline.registration_cache import SweepRecord
 from localization.pipeline.resources import Resources
@@ -109,7 +108,7 @@ def corrected_by_sweep(
         state.listening.total,
         tuple(rates.tolist()),
     )
-    agreed = state.agreed if state.slip.slipping(sweep.stamp) else last
+    agreed = state.agreed if state.wheels.slipping else last
     return state._replace(filter=mark(state.filter), last=last, agreed=agreed), registration
 
 
@@ -117,9 +116,9 @@ def _observed_motion(
     state: State, record: SweepRecord, elapsed: float, r: Resources
 ) -> tuple[State, ObservedMotion | None]:
     """Observe the motion since the last sweep by KISS-ICP, and compare the wheels with it."""
-    slip, kiss, filter_ = state.slip, state.kiss, state.filter
+    wheels, kiss, filter_ = state.wheels, state.kiss, state.filter
     if not r.config.kiss_odometry:
-        return state._replace(slip=slip.restarted()), None
+        return state._replace(wheels=wheels.after_sweep()), None
     with r.stage("kiss odometry"):
         if record.view is not None and record.view.map_id is kiss.map_id:
             kiss, observed = r.kiss.repeat(kiss, record.view)
@@ -127,31 +126,19 @@ def _observed_motion(
             moved = state.last.odom_from_base.inverse() @ state.odom_from_base
             kiss, observed, record.view = r.kiss.add(kiss, record.sweep, moved)
     if observed is None:
-        slip = slip.unobserved(elapsed, record.sweep.stamp)
-        return state._replace(kiss=kiss, slip=slip), None
+        return state._replace(kiss=kiss, wheels=wheels.after_sweep()), None
     if r.config.sensors.displaced:
         # Wheels without a gyro and KISS-ICP are weighed against each other when the sweep is registered.
-        return state._replace(kiss=kiss, slip=slip.restarted()), observed
-    motion, covariance = observed
-    slip = slip.observed(motion, elapsed)
-    if not slip.complete:
-        return state._replace(kiss=kiss, slip=slip), observed
-    if slip.plausible(record.sweep.stamp):
-        slip = slip.confirmed(covariance, record.sweep.stamp)
-        if slip.contradicted(covariance, filter_):
-            slip, filter_ = _slipped(slip, filter_, record.sweep.stamp, r.config)
+        return state._replace(kiss=kiss, wheels=wheels.after_sweep()), observed
+    elapsed = max(elapsed, 1e-3)
+    if wheels.plausible(observed, elapsed):
+        wheels, misled = wheels.compared(observed, elapsed, filter_)
+        filter_ = widen(filter_, *r.config.slip_sigma) if misled else filter_
     else:
         # The next alignment would start from there, and be worse: people who walk past the scanner can
         # make KISS-ICP follow them.
         kiss, observed = kiss.restarted(), None
-    return state._replace(kiss=kiss, slip=slip.restarted(), filter=filter_), observed
-
-
-def _slipped(
-    slip: SlipDetector, filter_: FilterState, now: int, config: LocalizerConfig
-) -> tuple[SlipDetector, FilterState]:
-    """Return detector and filter after the wheels misled the prediction since the last sweep."""
-    return slip.distrusted(now), widen(filter_, *config.slip_sigma)
+    return state._replace(kiss=kiss, wheels=wheels.after_sweep(), filter=filter_), observed
 
 
 def _matched(
@@ -163,14 +150,13 @@ def _matched(
     r: Resources,
 ) -> tuple[State, Registration]:
     """Register a sweep, decide whether to believe it, and correct the filter."""
-    config, slip, filter_ = r.config, state.slip, state.filter
-    now, ekf = record.sweep.stamp, r.config.ekf
+    config, ekf, wheels, filter_ = r.config, r.config.ekf, state.wheels, state.filter
     share, relative = _share(state, elapsed, config), observed
     contradicted = observed is not None and _contradicts(state, observed, config)
     # A witness that begins where wheels lead that were wrong a moment ago may copy them.
-    copied = config.sensors.displaced and slip.slipping(now)
+    copied = config.sensors.displaced and wheels.slipping
     if observed is not None and (contradicted or copied):
-        slip, relative = slip.distrusted(now) if contradicted else slip, None
+        wheels, relative = wheels.contradicted() if contradicted else wheels, None
         filter_, match, nis = _registered_by_witnesses(state, observed, record, matcher, share, r)
     else:
         if observed is not None and config.sensors.displaced:
@@ -178,15 +164,14 @@ def _matched(
             filter_ = update_relative(filter_, state.last.map_from_base, *observed, _NONE_USED)
         match, nis = _registered(filter_, record, matcher, share, r)
     refusal = _refusal(match, nis, r)
-    slipping = slip.slipping(now)
-    least = _least_elsewhere(match, refusal, state, config, slipping=slipping)
+    least = _least_elsewhere(match, refusal, state, config, slipping=wheels.slipping)
     if least is not None:
         starts = _starts(state, filter_, contradicted=contradicted)
         wider = _registered_wider(filter_, record, matcher, share, least, starts, r)
         if wider is not None:
             (filter_, match, nis), refusal = wider, None
-            misled = config.sensors.displaced or slipping
-            slip = slip.distrusted(now) if misled else slip
+            misled = config.sensors.displaced or wheels.slipping
+            wheels = wheels.contradicted() if misled else wheels
     with r.stage("ekf"):
         if relative is not None:
             used = match.observable_directions if refusal is None else _NONE_USED
@@ -199,11 +184,11 @@ def _matched(
     if refusal is None and "forward" not in unobservable_axes(match, filter_.pose):
         way = state.last.map_from_base.inverse() @ filter_.pose
         sigma = _sigma_along(filter_)
-        slip = slip.shown_by_map(float(way.position[0]), max(elapsed, 1e-3), sigma, now)
+        wheels = wheels.shown_by_map(float(way.position[0]), max(elapsed, 1e-3), sigma)
     elif refusal is not None and not refusal.elsewhere:
         reason = explanation(match.inlier_ratio, record.consistency)
         refusal = replace(refusal, reason=reason)
-    state = state._replace(slip=slip, filter=filter_)
+    state = state._replace(wheels=wheels, filter=filter_)
     return state, Registration(match, nis, record.consistency, refusal)
 
 

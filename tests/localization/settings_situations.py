@@ -254,6 +254,7 @@ SITUATIONS = {
     "odometry": Situation(ODOMETRY, by_odometry),
     "odometry and gyro": Situation(WITH_GYRO, lambda c: by_odometry(c, gyro=True)),
     "slipping": Situation(DEFAULT, slipping),
+    "slipping, flat": Situation(LocalizerConfig.of(SensorConfiguration(flat=True)), slipping),
     "standing": Situation(DEFAULT, standing),
     "narrow hint": Situation(DEFAULT, narrow_hint),
     "blind": Situation(DEFAULT, blind),

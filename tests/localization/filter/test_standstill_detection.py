@@ -6,7 +6,7 @@ import pytest
 from localization.config import LocalizerConfig
 from localization.filter.ekf import EkfConfig
 from localization.filter.standstill_detection import MOVING, Rest, quiet, rest_after, wheels_stand
-from localization.monitoring.slip_detection import SlipDetector
+from localization.monitoring.wheel_modes import WheelModes
 from localization.types import Pose
 from tests.localization.filter.driven_filter import DrivenFilter
 
@@ -39,10 +39,9 @@ def ekf_that(*, stands: bool) -> DrivenFilter:
 def test_kiss_sees_robot_that_is_shifted_over_its_standing_wheels(
     way: tuple[float, float, float], stands: bool, contradicted: bool
 ) -> None:
-    detector = SlipDetector(LocalizerConfig()).rolled_on(0.0 if stands else 0.03)
-    detector = detector.observed(Pose.planar(*way), 0.1)
-    assert detector.complete
-    assert detector.contradicted(SEEN, ekf_that(stands=stands).state) == contradicted
+    modes = WheelModes.rolling_on(LocalizerConfig()).rolled_on(0.0 if stands else 0.03)
+    _, misled = modes.compared((Pose.planar(*way), SEEN), 0.1, ekf_that(stands=stands).state)
+    assert misled == contradicted
 
 
 def test_wheels_stand_if_both_do() -> None:

@@ -30,7 +30,7 @@ START = Pose.planar(3.0, 2.0, 0.3)
 OTHER = dataclasses.replace(
     LocalizerConfig(),
     ekf=EkfConfig(gyro_noise=0.001),
-    slip_memory=300_000_000,
+    undo_memory=30_000_000_000,
     min_inlier_ratio=0.25,
 )
 

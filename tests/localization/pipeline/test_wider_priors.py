@@ -34,7 +34,7 @@ def after_sweep(*, slipping: bool = False, odds: float = 10.0) -> tuple[State, R
         placed=True,
         last=LastSweep(map_from_base=BELIEVED),
         health=replace(state.health, belief=Belief(odds)),
-        slip=state.slip.distrusted(now) if slipping else state.slip,
+        wheels=state.wheels.contradicted() if slipping else state.wheels,
     )
     sweep = HALL.sweep(HERE, noise=0.01, stamp=now)
     resources = Resources(HALL.prepared(), MOUNTS, config, stage=lambda _: nullcontext())
