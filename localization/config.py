@@ -27,10 +27,6 @@ from localization.relocalization.search_config import SearchConfig
 from localization.relocalization.search_schedule import SearchScheduleConfig
 from localization.types import SECOND
 
-_PLACEMENT_FLAT = (0.05, 0.05, 0.002, 0.001, 0.001, 0.02)
-"""``LocalizerConfig.placement_sigma`` on a floor whose height and level are known."""
-
-
 _KISS_POSITION = 0.025
 """``KissConfig.sigma_floor`` without a gyro, which would show how the robot turned during a sweep [m]."""
 _KISS_ANGLE = np.deg2rad(0.6)
@@ -64,14 +60,13 @@ class LocalizerConfig:
     good_inlier_ratio: float = 0.6
     """A sweep of which the map explains this share fits it: only such a one is tried with a wider prior if it contradicts
     the prediction; above 1, none is."""
-    slip_sigma: tuple[float, float, float, float] = (0.12, 0.06, 0.02, np.deg2rad(1.0))
-    """Error that slipping wheels may cause over one sweep, one sigma: forward, sideways, up [m], yaw [rad]."""
     retry_sigma: tuple[tuple[float, float, float, float], ...] = (
         (0.15, 0.10, 0.01, np.deg2rad(3.0)),
         (0.35, 0.25, 0.01, np.deg2rad(10.0)),
     )
     """Errors by which the prior is widened, one after the other, for a sweep that fits the map but not the
-    prediction, one sigma: forward, sideways, up [m], yaw [rad]."""
+    prediction, one sigma: forward, sideways, up [m], yaw [rad]. The first is also what wheels may have slipped by since
+    the last sweep."""
     retry_below: float = 0.8
     """Where motion comes as displacements, a sweep of which the map explains a smaller share is tried with a
     wider prior."""
@@ -82,11 +77,6 @@ class LocalizerConfig:
     """Largest acceleration that tyres can transmit, for a friction coefficient of about 0.9 [m/s^2]."""
     wheel_speed_noise: float = 0.05
     """Error of one reading of the wheels' speed, one sigma [m/s]."""
-    placement_sigma: tuple[float, ...] = (0.05, 0.05, 0.02, 0.01, 0.01, 0.02)
-    """Error of a pose found by searching: x, y, z [m], roll, pitch, yaw [rad], one sigma."""
-    sweep_period: float = 0.1
-    """Sweeps that arrive faster share the errors of map and mounts, and together inform like one sweep
-    in this time [s]. The information of a sweep was tuned at 10 Hz."""
     sweep_distance: float = 0.03
     """Sweeps that come as displacements count in full if the robot has moved on by this distance [m]."""
     map_share: float = 0.7
@@ -112,7 +102,7 @@ class LocalizerConfig:
         if sensors.displaced:
             kiss = replace(config.kiss, sigma_floor=_KISS_POSITION, sigma_floor_angle=_KISS_ANGLE)
             config = replace(config, kiss=kiss)
-        return replace(config, placement_sigma=_PLACEMENT_FLAT) if sensors.flat else config
+        return config
 
     def require_suited(self) -> None:
         """Check that the filter is not set for other sensors, as by ``LocalizerConfig(sensors=...)``.

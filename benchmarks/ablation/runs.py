@@ -21,7 +21,6 @@ DECIDING = (
     "wider priors for what fits badly",
     "wider priors while wheels slip",
     "minimum inlier ratio",
-    "jumps after gaps",
     "evidence of being carried",
     "sweeps that share their errors",
     "poses that mostly fit",

@@ -42,7 +42,7 @@ from localization.motion.gyro_turn import ReportedTilt
 from localization.types import GRAVITY, Match, Pose
 
 CORRELATION = 0.1
-"""Errors of tilt, and of the wheels' yaw rate, are correlated over this time: faster measurements together count as one [s]."""
+"""Errors of tilt, wheels and sweeps are correlated over this time: faster measurements together count as one [s]."""
 _SCALE = np.array([1.0, 1.0, 1.0, LEVER, LEVER, LEVER])
 
 

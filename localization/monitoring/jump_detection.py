@@ -32,8 +32,6 @@ class JumpDetectionConfig:
 
     match_distance: float = 0.3
     """A point this near to one of the last sweep's was seen before [m]."""
-    gap_distance: float = 0.3
-    """After a robot drove so far by odometry without a sweep it may be anywhere: slip would have gone unobserved [m]."""
     points: int = 120
     """Number of points of the horizontal scanners that a sweep must have to be compared."""
 

@@ -21,8 +21,8 @@ from localization.filter.displacement_prediction import predict_displacement
 from localization.filter.ekf import with_pose
 from localization.filter.pose_error import difference
 from localization.filter.prediction import predict
-from localization.filter.updates import update_standstill, update_wheel_yaw
-from localization.monitoring.belief import evidence_unmoved, probably_carried
+from localization.filter.updates import CORRELATION, update_standstill, update_wheel_yaw
+from localization.monitoring.belief import evidence_unmoved, new_evidence, probably_carried
 from localization.monitoring.health import HealthMonitor
 from localization.monitoring.jump_detection import Change, JumpDetector
 from localization.monitoring.silence_detection import SourceTimes, is_silence, with_reading
@@ -42,7 +42,7 @@ from localization.pipeline.state import State
 from localization.pipeline.sweep_update import Registration, corrected_by_sweep
 from localization.pipeline.undo import ReplacedEstimate
 from localization.relocalization.relocalizer import Placement
-from localization.relocalization.verification import same_place
+from localization.relocalization.verification import SETTLING_SIGMA, same_place
 from localization.types import (
     GRAVITY,
     SECOND,
@@ -55,9 +55,6 @@ from localization.types import (
     Verdict,
     WheelSpeeds,
 )
-
-_LONGEST_MEAN = 0.1
-"""Rim speeds and forces are means over at most this time [s]; after a pause of the encoders rates of the gyro are."""
 
 
 class Command(Enum):
@@ -158,7 +155,7 @@ def _predicted(state: State, increment: Increment, r: Resources) -> State:
         ekf, wheels, filter_ = r.config.ekf, _felt(state, increment, dt, r.config), state.filter
         left, right = increment.left, increment.right
         if increment.witnessed:
-            witness, span = increment.witness, min(increment.covered, _LONGEST_MEAN)
+            witness, span = increment.witness, min(increment.covered, CORRELATION)
             wheels = wheels.wheels_read(filter_.rolling_speed(left, right), increment.covered)
             filter_, agree = update_wheel_yaw(filter_, ekf, witness, left, right, seconds=span)
             wheels = wheels if agree else wheels.contradicted()
@@ -187,7 +184,7 @@ def _felt(
     state: State, increment: Increment, seconds: float, config: LocalizerConfig
 ) -> WheelModes:
     """Return the modes of the wheels after the robot felt how it speeds up: of the specific force, what is not gravity."""
-    if not config.sensors.accelerometer or seconds > _LONGEST_MEAN:
+    if not config.sensors.accelerometer or seconds > CORRELATION:
         return state.wheels.after(seconds)
     filter_ = state.filter
     gravity = GRAVITY * float(filter_.pose.rotation[2, 0])
@@ -245,9 +242,8 @@ def _drove_blind(state: State, record: SweepRecord, r: Resources) -> bool:
     if gap <= silence or not last.stamp:
         return False
     usual = min(state.received[name].interval for name in {scan.scanner for scan in record.scans})
-    moved = (last.odom_from_base.inverse() @ state.odom_from_base).position
-    far = float(np.hypot(*moved[:2])) > r.config.jump_detection.gap_distance
-    return far and is_silence(gap, usual, silence)
+    moved = last.odom_from_base.inverse() @ state.odom_from_base
+    return new_evidence(moved, r.config.belief) and is_silence(gap, usual, silence)
 
 
 def _judged(
@@ -354,7 +350,7 @@ def _possible(state: State, placement: Placement, config: LocalizerConfig) -> bo
         return True
     axes = [0, 1, 5]
     off = difference(state.filter.pose, placement.map_from_base)[axes]
-    spread = state.filter.covariance + np.diag(np.square(config.placement_sigma))
+    spread = state.filter.covariance + np.diag(np.square(SETTLING_SIGMA))
     return float(off @ np.linalg.solve(spread[np.ix_(axes, axes)], off)) <= config.ekf.gate(3)
 
 
@@ -424,7 +420,7 @@ def _placed(state: State, placement: Placement, r: Resources) -> tuple[State, Ev
         state.odom_from_base,
     )
     health = HealthMonitor.placed(r.config.health, r.config.belief)
-    covariance = np.diag(np.array(r.config.placement_sigma) ** 2)
+    covariance = np.diag(np.square(SETTLING_SIGMA))
     if placement.unseen is not None:
         covariance += placement.unseen
     filter_ = with_pose(state.filter, placement.map_from_base, covariance)

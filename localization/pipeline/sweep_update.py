@@ -19,6 +19,7 @@ from localization.config import LocalizerConfig
 from localization.filter.ekf import FilterState, mark
 from localization.filter.pose_error import LEVER, difference
 from localization.filter.updates import (
+    CORRELATION,
     between,
     match_nis,
     relative_nis,
@@ -133,7 +134,8 @@ def _observed_motion(
     elapsed = max(elapsed, 1e-3)
     if wheels.plausible(observed, elapsed):
         wheels, misled = wheels.compared(observed, elapsed, filter_)
-        filter_ = widen(filter_, *r.config.slip_sigma) if misled else filter_
+        for sigma in r.config.retry_sigma[:1] if misled else ():
+            filter_ = widen(filter_, *sigma)
     else:
         # The next alignment would start from there, and be worse: people who walk past the scanner can
         # make KISS-ICP follow them.
@@ -198,7 +200,7 @@ def _share(state: State, elapsed: float, config: LocalizerConfig) -> float:
     Sweeps from one place share the errors of the map there. Where motion comes as displacements, stamps may
     be bursts, and a sweep counts in full once the robot has moved on.
     """
-    share = elapsed / config.sweep_period
+    share = elapsed / CORRELATION
     if config.sensors.displaced:
         moved = state.last.odom_from_base.inverse() @ state.odom_from_base
         distance = float(np.hypot(*moved.position[:2])) + LEVER * abs(moved.yaw)

@@ -28,12 +28,12 @@ def test_dotted_and_nested_names_set_the_same() -> None:
 
 def test_texts_become_the_type_of_their_setting() -> None:
     words = ["registration.normal_noise=1", "kiss_odometry=no", "matcher=none"]
-    words += ["slip_sigma=0.2, 0.1 0.02,0.01", "undo_memory=3e9"]
+    words += ["ekf.skid_steer=0.2, 0.1 0.02,0.01", "undo_memory=3e9"]
     config = with_settings(LocalizerConfig(), assignments(words))
     assert isinstance(config.registration.normal_noise, float)
     assert config.kiss_odometry is False
     assert config.matcher is Matcher.NONE
-    assert config.slip_sigma == (0.2, 0.1, 0.02, 0.01)
+    assert config.ekf.skid_steer == (0.2, 0.1, 0.02, 0.01)
     assert config.undo_memory == 3_000_000_000
     assert isinstance(config.undo_memory, int)
 
@@ -70,8 +70,8 @@ def test_the_last_of_two_assignments_counts() -> None:
         ("wheel_speed_noise=inf", "must be a finite number, got 'inf'"),
         ("kiss_odometry=maybe", "must be true or false"),
         ("matcher=magic", "must be one of plane"),
-        ("slip_sigma=1,2", "must be 4 numbers, got 2"),
-        ("placement_sigma=1,2", "must be 6 numbers, got 2"),
+        ("ekf.skid_steer=1,2", "must be 4 numbers, got 2"),
+        ("belief.sweep=1,2", "must be 3 numbers, got 2"),
         ("normal_noise", "NAME=VALUE"),
         ("=3", "NAME=VALUE"),
     ],
@@ -91,7 +91,7 @@ def test_nearest_names_are_those_of_the_same_group() -> None:
 @pytest.mark.parametrize(
     ("values", "why"),
     [
-        ({"slip_sigma": 3}, "slip_sigma must be a list of numbers"),
+        ({"ekf.skid_steer": 3}, "ekf.skid_steer must be a list of numbers"),
         ({"registration": {"normal_noise": True}}, "must be a finite number, got True"),
         ({"registration": {"normal_noise": [1]}}, "must be a finite number"),
     ],
@@ -104,12 +104,12 @@ def test_value_of_another_type_is_named(values: dict[str, object], why: str) -> 
 def test_file_holds_tables_and_dotted_names(tmp_path: Path) -> None:
     path = tmp_path / "settings.toml"
     path.write_text(
-        'matcher = "none"\nslip_sigma = [0.2, 0.1, 0.02, 0.01]\nregistration.normal_noise = 0.15\n'
+        'matcher = "none"\nekf.skid_steer = [0.2, 0.1, 0.02, 0.01]\nregistration.normal_noise = 0.15\n'
         "[health]\ncheck_after = 2.5\n"
     )
     config = with_settings(LocalizerConfig(), read_settings(path))
     assert (config.registration.normal_noise, config.health.check_after) == (0.15, 2.5)
-    assert config.slip_sigma == (0.2, 0.1, 0.02, 0.01)
+    assert config.ekf.skid_steer == (0.2, 0.1, 0.02, 0.01)
 
 
 def test_config_of_a_run_is_a_file_of_settings(tmp_path: Path) -> None:
