@@ -19,6 +19,7 @@ from localization.monitoring.belief import BeliefConfig
 from localization.monitoring.extrinsics_monitor import ExtrinsicsMonitorConfig
 from localization.monitoring.health import HealthConfig
 from localization.monitoring.jump_detection import JumpDetectionConfig
+from localization.monitoring.wheel_modes import WheelConfig
 from localization.motion.kiss_icp import KissConfig
 from localization.motion.late_readings import LateReadingsConfig
 from localization.motion.sensor_configuration import Motion, SensorConfiguration
@@ -45,6 +46,7 @@ class LocalizerConfig:
     belief: BeliefConfig = field(default_factory=BeliefConfig)
     extrinsics_monitor: ExtrinsicsMonitorConfig = field(default_factory=ExtrinsicsMonitorConfig)
     jump_detection: JumpDetectionConfig = field(default_factory=JumpDetectionConfig)
+    wheels: WheelConfig = field(default_factory=WheelConfig)
     search: SearchConfig = field(default_factory=SearchConfig)
     map_search: MapSearchConfig = field(default_factory=MapSearchConfig)
     search_schedule: SearchScheduleConfig = field(default_factory=SearchScheduleConfig)
@@ -70,13 +72,6 @@ class LocalizerConfig:
     retry_below: float = 0.8
     """Where motion comes as displacements, a sweep of which the map explains a smaller share is tried with a
     wider prior."""
-    slip_rates: tuple[float, float] = (0.014, 1.4)
-    """How often wheels that roll begin to slip, and how soon slip that nothing shows any more ends [1/s]: half of it
-    does in half a second."""
-    max_acceleration: float = 9.0
-    """Largest acceleration that tyres can transmit, for a friction coefficient of about 0.9 [m/s^2]."""
-    wheel_speed_noise: float = 0.05
-    """Error of one reading of the wheels' speed, one sigma [m/s]."""
     sweep_distance: float = 0.03
     """Sweeps that come as displacements count in full if the robot has moved on by this distance [m]."""
     map_share: float = 0.7

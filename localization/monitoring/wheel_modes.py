@@ -10,7 +10,8 @@ gives the speed.
 from __future__ import annotations
 
 import math
-from typing import NamedTuple, Protocol
+from dataclasses import dataclass
+from typing import NamedTuple
 
 from localization.filter.ekf import FilterState
 from localization.filter.ekf_config import EkfConfig
@@ -27,35 +28,29 @@ _SURE = math.log(99.0)
 """Odds of slip, as a logarithm, after a difference that no rolling wheel makes."""
 
 
-class SlipSettings(Protocol):
-    """What ``LocalizerConfig`` says of slip; the names are explained there."""
+@dataclass(frozen=True, slots=True)
+class WheelConfig:
+    """How wheels come to slip, and what they are worth while they roll."""
 
-    @property
-    def sensors(self) -> SensorConfiguration:
-        """Which sensors the robot has."""
-
-    @property
-    def ekf(self) -> EkfConfig:
-        """The noise of wheels that roll or slip."""
-
-    @property
-    def slip_rates(self) -> tuple[float, float]:
-        """How often slip begins, and how soon it ends [1/s]."""
-
-    @property
-    def wheel_speed_noise(self) -> float:
-        """Error of one reading of the wheels' speed [m/s]."""
-
-    @property
-    def max_acceleration(self) -> float:
-        """What tyres transmit [m/s^2]."""
+    rates: tuple[float, float] = (0.014, 1.4)
+    """How often wheels that roll begin to slip, and how soon slip that nothing shows any more ends [1/s]: half of it
+    does in half a second."""
+    noise: float = 0.05
+    """Error of one reading of the wheels' speed, one sigma [m/s]."""
+    max_acceleration: float = 9.0
+    """Largest acceleration that tyres can transmit, for a friction coefficient of about 0.9 [m/s^2]: how fast the speed
+    changes where nothing feels it."""
 
 
 class WheelModes(NamedTuple):
     """The odds that the wheels slip, and the robot's speed; a value."""
 
-    config: SlipSettings
+    config: WheelConfig
     """Rates and noise."""
+    sensors: SensorConfiguration
+    """Which sensors the robot has."""
+    ekf: EkfConfig
+    """The noise of wheels that roll or slip."""
     odds: float
     """Logarithm of the odds that the wheels slip."""
     slipped_for: float = 0.0
@@ -72,9 +67,11 @@ class WheelModes(NamedTuple):
     """Distance that the wheels rolled since the last sweep [m]."""
 
     @classmethod
-    def rolling_on(cls, config: SlipSettings) -> WheelModes:
+    def rolling_on(
+        cls, config: WheelConfig, sensors: SensorConfiguration, ekf: EkfConfig
+    ) -> WheelModes:
         """Return the modes of wheels that nobody has compared yet."""
-        return cls(config, _usual(config))
+        return cls(config, sensors, ekf, _usual(config))
 
     @property
     def slipping(self) -> bool:
@@ -88,9 +85,9 @@ class WheelModes(NamedTuple):
         Displacements that a base counts itself stall and catch up: only slip that lasts for as long as three quarters
         of all slips do is said.
         """
-        if not self.config.sensors.displaced:
+        if not self.sensors.displaced:
             return self.slipping
-        _, ends = self.config.slip_rates
+        _, ends = self.config.rates
         return self.slipping and self.slipped_for >= math.log(4.0) / ends
 
     @property
@@ -108,7 +105,7 @@ class WheelModes(NamedTuple):
             acceleration: felt meanwhile along the robot, without gravity [m/s^2]; None if nothing feels it.
             sigma: what the robot's tilt leaves open of it [m/s^2].
         """
-        begins, ends = self.config.slip_rates
+        begins, ends = self.config.rates
         usual = begins / (begins + ends)
         kept = math.exp(-(begins + ends) * seconds)
         slips = usual + (1.0 / (1.0 + math.exp(-self.odds)) - usual) * kept
@@ -136,7 +133,7 @@ class WheelModes(NamedTuple):
             rolling: forward speed that the rims amount to [m/s].
             seconds: since they were read before; errors of the speed are the same for a while.
         """
-        noise = self.config.wheel_speed_noise**2
+        noise = self.config.noise**2
         share = min(1.0, seconds / CORRELATION)
         seen = self._weighed(share * self._evidence(rolling - self.speed, self.sigma**2 + noise))
         seen = seen._replace(rolling=rolling)
@@ -161,7 +158,7 @@ class WheelModes(NamedTuple):
         """
         motion, covariance = observed
         seen, rolled = float(motion.position[0]) / elapsed, self.rolled / elapsed
-        margin = self.config.ekf.gate(1) * (self.sigma**2 + float(covariance[0, 0]) / elapsed**2)
+        margin = self.ekf.gate(1) * (self.sigma**2 + float(covariance[0, 0]) / elapsed**2)
         low, high = min(0.0, rolled, self.speed), max(0.0, rolled, self.speed)
         return max(low - seen, seen - high, 0.0) ** 2 <= margin
 
@@ -178,16 +175,16 @@ class WheelModes(NamedTuple):
             elapsed: time since then [s].
             state: the filter's, for whether the robot stands.
         """
-        c, (motion, covariance) = self.config, observed
+        c, (motion, covariance) = self.ekf, observed
         seen, turn = float(motion.position[0]) / elapsed, motion.yaw / elapsed
         error, modes = float(covariance[0, 0]) / elapsed**2, self._replace(turn_rate=turn)
-        if not (c.sensors.wheels or c.sensors.displaced):
+        if not (self.sensors.wheels or self.sensors.displaced):
             return modes._measured(seen, error), False
         rolled = self.rolled / elapsed
-        rough = rolling_noise(c.ekf, rolled, turn) ** 2 / elapsed
+        rough = rolling_noise(c, rolled, turn) ** 2 / elapsed
         evidence = self._evidence(seen - rolled, error + rough)
-        if state.standing(c.ekf):
-            loose = float(covariance[1, 1]) / elapsed**2 + c.ekf.side_noise**2 / elapsed
+        if state.standing(c):
+            loose = float(covariance[1, 1]) / elapsed**2 + c.side_noise**2 / elapsed
             evidence += self._evidence(float(motion.position[1]) / elapsed, loose)
         modes = modes._weighed(evidence)._measured(seen, error)
         return modes, modes.slipping and evidence > 0.0
@@ -205,10 +202,10 @@ class WheelModes(NamedTuple):
         """
         error = 2.0 * (sigma / elapsed) ** 2
         off = (way / elapsed - self.speed) ** 2
-        if not self.slipping or off > self.config.ekf.gate(1) * (self.sigma**2 + error):
+        if not self.slipping or off > self.ekf.gate(1) * (self.sigma**2 + error):
             return self
         shown = self._measured(way / elapsed, error)
-        if not self.config.sensors.wheels:
+        if not self.sensors.wheels:
             return shown
         return shown._weighed(self._evidence(way / elapsed - self.rolling, error))
 
@@ -219,7 +216,7 @@ class WheelModes(NamedTuple):
             off: the difference [m/s].
             variance: that it has while the wheels roll [m^2/s^2].
         """
-        wider = variance + self.config.ekf.slip_forward**2 / CORRELATION
+        wider = variance + self.ekf.slip_forward**2 / CORRELATION
         return 0.5 * (off**2 * (1.0 / variance - 1.0 / wider) + math.log(variance / wider))
 
     def _weighed(self, evidence: float) -> WheelModes:
@@ -235,7 +232,7 @@ class WheelModes(NamedTuple):
         )
 
 
-def _usual(config: SlipSettings) -> float:
+def _usual(config: WheelConfig) -> float:
     """Return the logarithm of the odds that wheels slip of which nothing else is known."""
-    begins, ends = config.slip_rates
+    begins, ends = config.rates
     return math.log(begins / ends)

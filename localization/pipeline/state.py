@@ -109,7 +109,7 @@ class State(NamedTuple):
             filter=initial_state(config.ekf),
             track=OdometryTrack(max(2 * SECOND, config.late_readings.horizon)),
             scans=ScanSynchronizer(len(mounts), config.scanner_patience),
-            wheels=WheelModes.rolling_on(config),
+            wheels=WheelModes.rolling_on(config.wheels, config.sensors, config.ekf),
             health=HealthMonitor(config.health, config.belief, Belief.of_found(config.belief)),
             jump=JumpDetector(config.jump_detection),
             kiss=KissState(),

@@ -67,7 +67,7 @@ def test_the_last_of_two_assignments_counts() -> None:
         ("registration.normal_noise=nan", "must be a finite number, got"),
         ("undo_memory=1.5", "must be a whole number"),
         ("undo_memory=inf", "must be a whole number"),
-        ("wheel_speed_noise=inf", "must be a finite number, got 'inf'"),
+        ("health.lost_sigma=inf", "must be a finite number, got 'inf'"),
         ("kiss_odometry=maybe", "must be true or false"),
         ("matcher=magic", "must be one of plane"),
         ("ekf.skid_steer=1,2", "must be 4 numbers, got 2"),

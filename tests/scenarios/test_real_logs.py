@@ -210,10 +210,10 @@ def test_scan_and_odometry_of_a_line_keep_one_stamp(how: str) -> None:
 
 def test_setting_of_a_part_is_changed_by_name() -> None:
     whole = LocalizerConfig()
-    config = real.changed(whole, ["kiss_odometry=no", "max_acceleration=inf"])
+    config = real.changed(whole, ["kiss_odometry=no", "health.lost_sigma=inf"])
     assert whole.kiss_odometry
     assert not config.kiss_odometry
-    assert config.max_acceleration == math.inf
+    assert config.health.lost_sigma == math.inf
 
 
 def corrected_like_gmapping(folder: Path, digits: int, away: FloatArray) -> Path:

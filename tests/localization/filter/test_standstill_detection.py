@@ -3,10 +3,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from localization.config import LocalizerConfig
 from localization.filter.ekf import EkfConfig
 from localization.filter.standstill_detection import MOVING, Rest, quiet, rest_after, wheels_stand
-from localization.monitoring.wheel_modes import WheelModes
+from localization.monitoring.wheel_modes import WheelConfig, WheelModes
+from localization.motion.sensor_configuration import SensorConfiguration
 from localization.types import Pose
 from tests.localization.filter.driven_filter import DrivenFilter
 
@@ -39,7 +39,9 @@ def ekf_that(*, stands: bool) -> DrivenFilter:
 def test_kiss_sees_robot_that_is_shifted_over_its_standing_wheels(
     way: tuple[float, float, float], stands: bool, contradicted: bool
 ) -> None:
-    modes = WheelModes.rolling_on(LocalizerConfig()).rolled_on(0.0 if stands else 0.03)
+    modes = WheelModes.rolling_on(WheelConfig(), SensorConfiguration(), C).rolled_on(
+        0.0 if stands else 0.03
+    )
     _, misled = modes.compared((Pose.planar(*way), SEEN), 0.1, ekf_that(stands=stands).state)
     assert misled == contradicted
 

@@ -7,6 +7,7 @@ import pytest
 
 from localization.config import LocalizerConfig
 from localization.filter.ekf import initial_state
+from localization.filter.ekf_config import EkfConfig
 from localization.monitoring.wheel_modes import WheelModes
 from localization.motion.sensor_configuration import Motion, SensorConfiguration
 from localization.types import Pose
@@ -15,12 +16,13 @@ COVARIANCE = np.diag(np.square([0.0057, 0.0049, 0.002]))
 """What KISS-ICP's motion of one sweep is worth in an office: x, y [m], yaw [rad]."""
 CONFIG = LocalizerConfig()
 MOVING = initial_state(CONFIG.ekf)
+NEW = WheelModes.rolling_on(CONFIG.wheels, CONFIG.sensors, CONFIG.ekf)
 TICK = 0.02
 
 
 def driven(speed: float, seconds: float = 1.0, modes: WheelModes | None = None) -> WheelModes:
     """Modes of wheels that have rolled at a speed [m/s] while nothing was felt."""
-    modes = modes or WheelModes.rolling_on(CONFIG)
+    modes = modes or NEW
     for _ in range(round(seconds / TICK)):
         modes = modes.after(TICK, 0.0, 0.05).wheels_read(speed, TICK)
     return modes
@@ -44,7 +46,7 @@ def seen(modes: WheelModes, rolled: float, way: float) -> tuple[WheelModes, bool
 def test_kiss_icp_finds_slip_the_sooner_the_less_rolling_wheels_explain_what_it_sees(
     rolled: float, way: float, sweeps: int
 ) -> None:
-    modes, found = WheelModes.rolling_on(CONFIG), 99
+    modes, found = NEW, 99
     for number in range(1, 10):
         modes, misled = seen(modes, rolled, way)
         assert misled is modes.slipping
@@ -80,7 +82,7 @@ def test_robot_moves_at_a_speed_between_none_its_wheels_and_its_own(
 
 
 def test_slip_that_nothing_shows_any_more_ends_and_half_of_it_in_half_a_second() -> None:
-    slips, usual = WheelModes.rolling_on(CONFIG).contradicted(), WheelModes.rolling_on(CONFIG).odds
+    slips, usual = NEW.contradicted(), NEW.odds
     assert slips.after(0.4).slipping
     assert not slips.after(0.6).slipping
     assert slips.after(60.0).odds == pytest.approx(usual)
@@ -89,7 +91,8 @@ def test_slip_that_nothing_shows_any_more_ends_and_half_of_it_in_half_a_second()
 
 @pytest.mark.parametrize(("stalled", "slips"), [(2, False), (7, True)])
 def test_displacements_that_stall_and_catch_up_are_no_slip(stalled: int, slips: bool) -> None:
-    modes = WheelModes.rolling_on(LocalizerConfig.of(SensorConfiguration(Motion.ODOMETRY)))
+    sensors = SensorConfiguration(Motion.ODOMETRY)
+    modes = WheelModes.rolling_on(CONFIG.wheels, sensors, EkfConfig.of(sensors))
     for _ in range(stalled):
         modes = modes.contradicted().after(0.15)
     assert modes.slipping
@@ -173,5 +176,5 @@ def test_wheels_that_agree_with_the_map_grip_again() -> None:
 
 
 def test_no_evidence_makes_slip_rarer_than_it_usually_is() -> None:
-    usual = math.log(CONFIG.slip_rates[0] / CONFIG.slip_rates[1])
+    usual = math.log(CONFIG.wheels.rates[0] / CONFIG.wheels.rates[1])
     assert driven(0.6, seconds=60.0).odds == pytest.approx(usual)
