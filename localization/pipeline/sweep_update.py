@@ -166,13 +166,16 @@ def _matched(
             filter_ = update_relative(filter_, state.last.map_from_base, *observed, _NONE_USED)
         match, nis = _registered(filter_, record, matcher, share, r)
     refusal = _refusal(match, nis, r)
-    least = _least_elsewhere(match, refusal, state, config, slipping=wheels.slipping)
-    if least is not None:
-        starts = _starts(state, filter_, contradicted=contradicted)
+    misled = config.sensors.displaced or wheels.slipping
+    fits = match.inlier_ratio >= config.good_inlier_ratio
+    elsewhere = refusal is not None and fits and (misled or state.health.doubtful)
+    badly = config.sensors.displaced and match.inlier_ratio < config.retry_below
+    if elsewhere or badly:
+        starts = _starts(state, filter_, contradicted=contradicted) if badly else ()
+        least = match.inlier_ratio + (-_NEARLY if elsewhere else _NEARLY)
         wider = _registered_wider(filter_, record, matcher, share, least, starts, r)
         if wider is not None:
             (filter_, match, nis), refusal = wider, None
-            misled = config.sensors.displaced or wheels.slipping
             wheels = wheels.contradicted() if misled else wheels
     with r.stage("ekf"):
         if relative is not None:
@@ -243,29 +246,6 @@ def _registered_by_witnesses(
     return best
 
 
-def _least_elsewhere(
-    match: Match,
-    refusal: Refusal | None,
-    state: State,
-    config: LocalizerConfig,
-    *,
-    slipping: bool,
-) -> float | None:
-    """Return the share of a sweep that must fit from a wider prior for that to be believed; None to try none.
-
-    Wheels that no gyro accompanies may be wrong by any amount: a sweep that fits badly is tried again, and must
-    fit better. With a gyro only sweeps that are rejected though they fit well are, and only while the wheels slip or
-    once the pose is doubtful: of a robot that was carried off, a sweep may fit near its old place by chance.
-    """
-    fits = match.inlier_ratio >= config.good_inlier_ratio
-    if refusal is not None and fits:
-        tried = config.sensors.displaced or slipping or state.health.doubtful
-        return match.inlier_ratio - _NEARLY if tried else None
-    if config.sensors.displaced and match.inlier_ratio < config.retry_below:
-        return match.inlier_ratio + _NEARLY
-    return None
-
-
 def _starts(state: State, filter_: FilterState, *, contradicted: bool) -> tuple[Pose, ...]:
     """Return where motion sensors may have led: there headings are tried for a sweep that does not fit.
 
@@ -289,6 +269,10 @@ def _registered_wider(
 ) -> tuple[FilterState, Match, float] | None:
     """Register a sweep again with wider priors; None if the map does not explain at least a share of it there.
 
+    With a gyro only sweeps that are rejected though they fit well are tried again, and only while the wheels slip or once
+    the pose is doubtful: of a robot that was carried off, a sweep may fit near its old place by chance. Wheels that no
+    gyro accompanies may be wrong by any amount: a sweep that fits badly is tried with other headings, too.
+
     Args:
         filter_: the prediction.
         record: of the sweep.
@@ -305,12 +289,11 @@ def _registered_wider(
         found = match.inlier_ratio >= least and _refusal(match, nis, r) is None
         if found and _unobserved_shift(filter_, match) < _HARMLESS:
             near = wide, match, nis
-            break
-    fits = r.config.good_inlier_ratio
-    enough = near is not None and (len(starts) == 1 or near[1].inlier_ratio >= fits)
-    if enough or least >= fits:
-        return near
-    return _registered_turned(wide, record, matcher, share, starts, r) or near
+            if not starts or match.inlier_ratio >= r.config.retry_below:
+                return near
+            least = match.inlier_ratio + _SAMPLING
+    least = max(least, r.config.good_inlier_ratio)
+    return _registered_turned(wide, record, matcher, share, least, starts, r) or near
 
 
 def _registered_turned(
@@ -318,10 +301,11 @@ def _registered_turned(
     record: SweepRecord,
     matcher: MatchSweep,
     share: float,
+    least: float,
     starts: Sequence[Pose],
     r: Resources,
 ) -> tuple[FilterState, Match, float] | None:
-    """Register a sweep from several headings at several places; None if it fits from none.
+    """Register a sweep from several headings at several places; None if no such share of it fits from any.
 
     Wheels that no gyro accompanies miss tens of degrees of a quick turn, and between walls that a robot sees
     turned by as much, registration ends at a pose that explains less than half of the sweep.
@@ -331,8 +315,7 @@ def _registered_turned(
     for start, turns in product(starts, _TURNS):
         at = replace(wide, pose=start @ Pose.planar(0.0, 0.0, turns * sigma))
         match, _ = _registered(at, replace(record, match=None), matcher, share, r)
-        fits = match.inlier_ratio >= r.config.good_inlier_ratio
-        if not (fits and len(match.observable_directions)):
+        if match.inlier_ratio < least or not len(match.observable_directions):
             continue
         # Whether the robot can be there is asked of the place that the heading was tried at.
         prior = replace(wide, pose=start)
