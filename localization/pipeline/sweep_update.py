@@ -49,9 +49,9 @@ _HARMLESS = 0.05
 _NEARLY = 0.05
 """With a wider prior a share of the sweep must be explained that is larger than before, or as large, by this much at least
 or at most."""
-_TURNS = (0.0, -1.0, 1.0, -2.0, 2.0)
+_TURNS = (0.0, -0.4, 0.4, -1.0, 1.0, -2.0, 2.0)
 """Headings that are tried for a sweep that does not fit, in sigma of the widest prior: registration finds what
-is half of that away, between walls a few metres off."""
+is half of that away between walls a few metres off, and less between those far away."""
 _NONE_USED = np.zeros((0, 6))
 """No direction of a match was used."""
 
@@ -228,8 +228,9 @@ def _registered_by_witnesses(
 ) -> tuple[FilterState, Match, float]:
     """Register a sweep from where the wheels say the robot is, from where KISS-ICP says so, and as if it had gone on.
 
-    One of the two is wrong, and neither knows which; where wheels stall in a turn, KISS-ICP may have begun too far off.
-    Their difference is a possible error of all, and the map decides; that which nobody observed must clearly fit better.
+    One of the two is wrong, and neither knows which; where wheels stall in a turn, KISS-ICP may have begun too far off, and
+    once they have caught up they lead from where both agreed last. The difference of the two is a possible error of all, and
+    the map decides; that which nobody observed must clearly fit better.
 
     Returns:
         The filter that predicts the best of the matches, the match and its NIS.
@@ -238,9 +239,13 @@ def _registered_by_witnesses(
     last = state.last
     rolled, seen = between(state.filter, last.map_from_base, observed[0])
     on = last.map_from_base @ last.moved_on((record.sweep.stamp - last.stamp) / SECOND)
-    for filter_, gain in ((rolled, 0.0), (seen, _SAMPLING), (replace(rolled, pose=on), _SAMPLING)):
+    tried = [rolled, seen, replace(rolled, pose=on)]
+    if state.agreed.stamp != last.stamp:
+        caught_up = state.agreed.carried(state.odom_from_base)
+        tried.insert(2, replace(rolled, pose=caught_up))
+    for filter_ in tried:
         match, nis = _registered(filter_, replace(record, match=None), matcher, share, r)
-        if best is None or match.inlier_ratio > best[1].inlier_ratio + gain:
+        if best is None or match.inlier_ratio > best[1].inlier_ratio + _SAMPLING:
             best = filter_, match, nis
     assert best is not None
     return best
@@ -312,7 +317,7 @@ def _registered_turned(
     """
     best: tuple[FilterState, Match, float] | None = None
     sigma = float(wide.covariance[5, 5]) ** 0.5
-    for start, turns in product(starts, _TURNS):
+    for turns, start in product(_TURNS, starts):
         at = replace(wide, pose=start @ Pose.planar(0.0, 0.0, turns * sigma))
         match, _ = _registered(at, replace(record, match=None), matcher, share, r)
         if match.inlier_ratio < least or not len(match.observable_directions):
@@ -323,6 +328,8 @@ def _registered_turned(
         better = best is None or match.inlier_ratio > best[1].inlier_ratio
         if better and _refusal(match, nis, r) is None:
             best = prior, match, nis
+            if match.inlier_ratio >= r.config.retry_below:
+                break
     return best
 
 
