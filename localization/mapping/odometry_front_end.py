@@ -13,27 +13,25 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from localization.filter.displacement_prediction import predict_displacement
 from localization.filter.ekf import initial_state, mark
 from localization.filter.ekf_config import EkfConfig
-from localization.filter.prediction import predict
 from localization.filter.updates import (
     update_level,
     update_relative,
-    update_standstill,
     update_tilt,
-    update_wheel_yaw,
 )
 from localization.geometry import FloatArray, wrap_angle
 from localization.mapping.flat_sweep import levelled
 from localization.mapping.gyro_heading import GyroHeading
 from localization.mapping.planar_pose import compose
+from localization.monitoring.wheel_modes import WheelConfig, WheelModes
 from localization.motion.deskew import deskew
 from localization.motion.kiss_icp import KissConfig
 from localization.motion.kiss_odometry import KissOdometry, KissState, ObservedMotion
 from localization.motion.motion_model import Increment, MotionModel
 from localization.motion.odometry_track import OdometryTrack
 from localization.motion.sensor_configuration import SensorConfiguration
+from localization.pipeline.motion_prediction import predict_motion
 from localization.pipeline.validation import ReadingValidator
 from localization.types import SECOND, Mounts, PointScan, Pose, Reading, Scan, Sweep
 
@@ -53,8 +51,8 @@ class OdometerConfig:
     """Time that a scan waits for those of the other scanners [ns]."""
     silence: int = SECOND // 2
     """Age beyond which rim speeds are not used [ns]."""
-    slip_memory: int = SECOND // 2
-    """Time after the last sign of slip during which the wheels are distrusted [ns]."""
+    wheels: WheelConfig = field(default_factory=WheelConfig)
+    """How wheels come to slip."""
     turn_gate: float = 4.0
     """Normalised difference of the turns by gyro and by KISS-ICP, in a sweep or in the last ten, beyond which the latter
     is refused."""
@@ -106,9 +104,8 @@ class Odometer:
         self._track = OdometryTrack()
         self._odom = Pose.identity()
         self._pending: dict[str, Scan | PointScan] = {}
-        self._stamp = self._sweep_stamp = self._slip_until = 0
-        self._speed: float | None = None
-        self._turn = 0.0
+        self._wheels = WheelModes.rolling_on(config.wheels, sensors, ekf)
+        self._stamp = self._sweep_stamp = 0
         self._pose_then = self._odom_then = self._odom
         self._at = self._rolled = np.zeros(3)
         self._contradicted = 0
@@ -126,8 +123,7 @@ class Odometer:
             return None
         if isinstance(reading, Scan | PointScan):
             self._pending[reading.scanner] = reading
-        velocity = (self._speed or 0.0, self._turn)
-        self._motion, increment = self._motion.take(reading, velocity)
+        self._motion, increment = self._motion.take(reading, self._wheels.velocity)
         if increment is None:
             return None
         if increment.stamp > self._stamp:
@@ -138,35 +134,12 @@ class Odometer:
         first, before = self._stamp == 0, self._filter.pose
         dt = (increment.stamp - self._stamp) / SECOND
         self._stamp = increment.stamp
-        if not first and increment.step is not None:
-            self._filter, motion = predict_displacement(
-                self._filter, self._ekf, increment.step, dt, increment.gyro
+        if not first:
+            self._filter, self._wheels, motion = predict_motion(
+                self._filter, self._wheels, increment, dt
             )
             self._odom = self._odom @ motion
-        elif not first:
-            left, right = increment.left, increment.right
-            if increment.witnessed:
-                witness = increment.witness
-                self._filter, agree = update_wheel_yaw(
-                    self._filter, self._ekf, witness, left, right
-                )
-                if not agree:
-                    self._slip_until = increment.stamp + self.config.slip_memory
-                self._filter = update_standstill(self._filter, self._ekf, witness, left, right)
-            distrusted = increment.stamp < self._slip_until or not increment.rolling
-            self._filter, motion = predict(
-                self._filter,
-                self._ekf,
-                dt,
-                increment.rate,
-                increment.force,
-                left,
-                right,
-                slipping=distrusted,
-                speed=self._speed if distrusted else None,
-            )
-            self._odom = self._odom @ motion
-            if self._gyro is not None:
+            if self._gyro is not None and increment.step is None:
                 turn = wrap_angle((before @ motion).yaw - before.yaw)
                 stands = self._filter.standing(self._ekf)
                 measured = dt < _LONGEST_RATE
@@ -205,8 +178,7 @@ class Odometer:
         seen = np.zeros((3, 3))
         if observed is not None:
             motion, covariance = observed
-            self._speed = float(motion.position[0]) / elapsed
-            self._turn = motion.yaw / elapsed
+            self._wheels, _ = self._wheels.compared(observed, elapsed, self._filter)
             self._filter = update_relative(
                 self._filter, self._pose_then, motion, covariance, np.zeros((0, 6))
             )
@@ -216,6 +188,7 @@ class Odometer:
         self._rolled = compose(self._rolled, np.array([*rolled.position[:2], rolled.yaw]))
         self._filter = mark(self._filter)
         self._pose_then = self._filter.pose
+        self._wheels = self._wheels.after_sweep()
         self._at = compose(self._at, np.array([*motion.position[:2], motion.yaw]))
         height = float(self._filter.pose.position[2])
         return OdometrySweep(

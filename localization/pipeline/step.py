@@ -7,7 +7,6 @@ loss begin a search that runs in parallel, a little each tick.
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from enum import Enum, auto
@@ -17,16 +16,12 @@ import numpy as np
 
 from localization.config import LocalizerConfig
 from localization.filter.covariance import horizontal_sigma
-from localization.filter.displacement_prediction import predict_displacement
 from localization.filter.ekf import with_pose
 from localization.filter.pose_error import difference
-from localization.filter.prediction import predict
-from localization.filter.updates import CORRELATION, update_standstill, update_wheel_yaw
 from localization.monitoring.belief import evidence_unmoved, new_evidence, probably_carried
 from localization.monitoring.health import HealthMonitor
 from localization.monitoring.jump_detection import Change, JumpDetector
 from localization.monitoring.silence_detection import SourceTimes, is_silence, with_reading
-from localization.monitoring.wheel_modes import WheelModes
 from localization.motion.deskew import deskew
 from localization.motion.motion_model import Increment
 from localization.pipeline.events import (
@@ -36,6 +31,7 @@ from localization.pipeline.events import (
     ScanDropped,
     SweepProcessed,
 )
+from localization.pipeline.motion_prediction import predict_motion
 from localization.pipeline.registration_cache import SweepRecord
 from localization.pipeline.resources import Resources
 from localization.pipeline.state import State
@@ -44,7 +40,6 @@ from localization.pipeline.undo import ReplacedEstimate
 from localization.relocalization.relocalizer import Placement
 from localization.relocalization.verification import SETTLING_SIGMA, same_place
 from localization.types import (
-    GRAVITY,
     SECOND,
     Hint,
     Inertial,
@@ -149,55 +144,8 @@ def _predicted(state: State, increment: Increment, r: Resources) -> State:
         return state._replace(stamp=now, track=state.track.extended(now, state.odom_from_base))
     dt = (now - state.stamp) / SECOND
     state = state._replace(listening=state.listening.advanced(now - state.stamp))
-    if increment.step is not None:
-        return _displaced(state, increment, increment.step, dt, r)
     with r.stage("predict"):
-        ekf, wheels, filter_ = r.config.ekf, _felt(state, increment, dt, r.config), state.filter
-        left, right = increment.left, increment.right
-        if increment.witnessed:
-            witness, span = increment.witness, min(increment.covered, CORRELATION)
-            wheels = wheels.wheels_read(filter_.rolling_speed(left, right), increment.covered)
-            filter_, agree = update_wheel_yaw(filter_, ekf, witness, left, right, seconds=span)
-            wheels = wheels if agree else wheels.contradicted()
-            filter_ = update_standstill(filter_, ekf, witness, left, right, seconds=span)
-        wheels = wheels.rolled_on(filter_.rolling_speed(left, right) * dt)
-        distrusted = wheels.slipping or not increment.rolling
-        filter_, motion = predict(
-            filter_,
-            ekf,
-            dt,
-            increment.rate,
-            increment.force,
-            left,
-            right,
-            slipping=distrusted,
-            speed=wheels.speed if distrusted else None,
-        )
-        odom = state.odom_from_base @ motion
-        track = state.track.extended(now, odom)
-        return state._replace(
-            stamp=now, odom_from_base=odom, track=track, filter=filter_, wheels=wheels
-        )
-
-
-def _felt(
-    state: State, increment: Increment, seconds: float, config: LocalizerConfig
-) -> WheelModes:
-    """Return the modes of the wheels after the robot felt how it speeds up: of the specific force, what is not gravity."""
-    if not config.sensors.accelerometer or seconds > CORRELATION:
-        return state.wheels.after(seconds)
-    filter_ = state.filter
-    gravity = GRAVITY * float(filter_.pose.rotation[2, 0])
-    sigma = GRAVITY * math.sqrt(float(filter_.full_covariance[4, 4]))
-    return state.wheels.after(seconds, float(increment.force[0]) - gravity, sigma)
-
-
-def _displaced(state: State, increment: Increment, step: Pose, dt: float, r: Resources) -> State:
-    """Move the filter on by what wheels without a gyro, or the base itself, counted, and by a gyro's turn."""
-    now = increment.stamp
-    with r.stage("predict"):
-        wheels = state.wheels.after(dt).rolled_on(increment.distance)
-        filter_, motion = predict_displacement(state.filter, r.config.ekf, step, dt, increment.gyro)
+        filter_, wheels, motion = predict_motion(state.filter, state.wheels, increment, dt)
         odom = state.odom_from_base @ motion
         track = state.track.extended(now, odom)
         return state._replace(
