@@ -35,7 +35,7 @@ class BeliefConfig:
     sweep: tuple[float, float, float] = (12.4, 4.2, 2.5)
     """Evidence of one sweep against the pose: at all, by the logarithm of the share that the map leaves unexplained, and by
     that of the share that passes through mapped surfaces."""
-    change: tuple[float, float] = (4.6, 38.0)
+    change: tuple[float, float] = (4.7, 41.0)
     """Evidence between two sweeps: against that the robot was carried at all, and for it by the share that neither the last
     one shows nor the map."""
     rate: float = 0.001
@@ -107,12 +107,11 @@ class Belief:
 
 def agreement(seen: ScanConsistency) -> tuple[float, float]:
     """Return what counts of a sweep: logarithms of what the map does not explain, and of what passes through it."""
-    left = seen.unexplained - _HIDDEN * seen.occluded
-    return math.log(left + _LEFT), math.log(seen.free_space_violation + _TRACED)
+    return math.log(_left(seen) + _LEFT), math.log(seen.free_space_violation + _TRACED)
 
 
 def break_in_view(unexpected: float, seen: ScanConsistency | None, usual: ScanConsistency) -> float:
-    """Return what counts of a change: the unexpected share of a sweep, but no more than the map explains less than usually.
+    """Return what counts of a change: the unexpected share of a sweep, but no more than the map leaves over beyond the usual.
 
     Args:
         unexpected: share that neither the last sweep shows nor the map.
@@ -121,7 +120,12 @@ def break_in_view(unexpected: float, seen: ScanConsistency | None, usual: ScanCo
     """
     if seen is None:
         return unexpected
-    return min(unexpected, max(0.0, seen.unexplained - usual.unexplained))
+    return min(unexpected, max(0.0, _left(seen) - _left(usual)))
+
+
+def _left(seen: ScanConsistency) -> float:
+    """Return the share of a sweep that the map leaves unexplained; what something may hide counts half."""
+    return seen.unexplained - _HIDDEN * seen.occluded
 
 
 def evidence_of(seen: ScanConsistency, config: BeliefConfig) -> float:
