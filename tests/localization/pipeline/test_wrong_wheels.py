@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from localization.maps.prepared_map import PreparedMap
-from localization.types import Health
+from localization.types import Health, Pose
 from tests.localization.pipeline.wheel_log import (
     BEGIN,
     LAP_START,
@@ -131,4 +131,23 @@ def test_scans_a_metre_apart_are_enough_to_track_the_robot(
     assert np.rad2deg(followed.turned.max()) < 4.0, summary(followed)
     assert np.sqrt(np.mean(followed.ratio**2)) < 1.5, summary(followed)
     assert followed.share(Health.TRACKING) > 0.8, summary(followed)
+    assert followed.searched == 0, summary(followed)
+
+
+@pytest.mark.parametrize("degrees", [-25.0, -12.0, 12.0, 25.0])
+def test_turn_that_the_wheels_make_up_is_found_out_by_the_next_scan(
+    grid: PreparedMap, degrees: float
+) -> None:
+    """KISS-ICP begins where the wheels lead, and may agree with them; the map does not."""
+    drive = Drive(OFFICE, LAP_START, *lap(), begin=BEGIN)
+    log = moments(OFFICE, drive, Wheels())
+    for k in range(20, 160, 20):
+        back, turn = log[k].odometry.inverse(), Pose.planar(0.0, 0.0, np.deg2rad(degrees))
+        log[k:] = [
+            replace(m, odometry=log[k].odometry @ turn @ (back @ m.odometry)) for m in log[k:]
+        ]
+    followed = follow(grid, drive, log)
+    assert followed.turned.max() < np.deg2rad(5.0), summary(followed)
+    assert followed.off.max() < 0.1, summary(followed)
+    assert followed.share(Health.TRACKING) > 0.98, summary(followed)
     assert followed.searched == 0, summary(followed)
