@@ -70,8 +70,8 @@ class LocalizerConfig:
     prediction, one sigma: forward, sideways, up [m], yaw [rad]. The first is also what wheels may have slipped by since
     the last sweep."""
     retry_below: float = 0.8
-    """Where motion comes as displacements, a sweep of which the map explains a smaller share is tried with a
-    wider prior."""
+    """Where motion comes as displacements, a sweep of which the map explains a smaller share is tried with wider
+    priors, and from other headings."""
     sweep_distance: float = 0.03
     """Sweeps that come as displacements count in full if the robot has moved on by this distance [m]."""
     map_share: float = 0.7

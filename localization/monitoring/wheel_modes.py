@@ -13,6 +13,7 @@ import math
 from dataclasses import dataclass
 from typing import NamedTuple
 
+from localization.errors import LocalizationError
 from localization.filter.ekf import FilterState
 from localization.filter.ekf_config import EkfConfig
 from localization.filter.prediction import rolling_noise
@@ -40,6 +41,12 @@ class WheelConfig:
     max_acceleration: float = 9.0
     """Largest acceleration that tyres can transmit, for a friction coefficient of about 0.9 [m/s^2]: how fast the speed
     changes where nothing feels it."""
+
+    def __post_init__(self) -> None:
+        if not min(*self.rates, self.noise) > 0.0:
+            raise LocalizationError(
+                f"wheels.rates and wheels.noise must be above 0, got {self.rates} and {self.noise}"
+            )
 
 
 class WheelModes(NamedTuple):
@@ -82,8 +89,8 @@ class WheelModes(NamedTuple):
     def shows(self) -> bool:
         """Whether to say that the wheels slip.
 
-        Displacements that a base counts itself stall and catch up: only slip that lasts for as long as three quarters
-        of all slips do is said.
+        Displacements that a base counts itself stall and catch up: only slip that lasts longer than three quarters of
+        all slips do is said.
         """
         if not self.sensors.displaced:
             return self.slipping
@@ -178,7 +185,7 @@ class WheelModes(NamedTuple):
         c, (motion, covariance) = self.ekf, observed
         seen, turn = float(motion.position[0]) / elapsed, motion.yaw / elapsed
         error, modes = float(covariance[0, 0]) / elapsed**2, self._replace(turn_rate=turn)
-        if not (self.sensors.wheels or self.sensors.displaced):
+        if not self.sensors.wheels:
             return modes._measured(seen, error), False
         rolled = self.rolled / elapsed
         rough = rolling_noise(c, rolled, turn) ** 2 / elapsed

@@ -39,17 +39,6 @@ def with_turn(step: Pose, turn: float) -> Pose:
     return Pose.planar(c * x - s * y, s * x + c * y, turn)
 
 
-def arc_length(step: Pose) -> float:
-    """Return the signed length of a motion's arc in the direction in which the robot looks [m].
-
-    A chord is turned from the start by half of the arc's turn, and shorter than the arc.
-    """
-    half = 0.5 * step.yaw
-    x, y = step.position[:2].tolist()
-    longer = half / math.sin(half) if abs(half) > 1e-6 else 1.0
-    return float((x * math.cos(half) + y * math.sin(half)) * longer)
-
-
 def odometry_step(before: Odometry, after: Odometry) -> Pose | None:
     """Return the motion between two poses of an odometry; None if the base began to count anew between them."""
     step = planar_step(before.odom_from_base, after.odom_from_base)

@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 
 from localization.geometry import FloatArray
-from localization.motion.displacement import arc_length, arc_step, odometry_step, rolled_arc
+from localization.motion.displacement import arc_step, odometry_step, rolled_arc
 from localization.motion.gyro_turn import GyroStep, GyroTurn
 from localization.motion.sensor_configuration import Motion, SensorConfiguration
 from localization.types import (
@@ -60,8 +60,6 @@ class Increment:
     step: Pose | None = None
     """Planar displacement ``base_then_from_base_now`` that the wheels counted; None where rates and rim speeds
     measure the motion."""
-    distance: float = 0.0
-    """Signed length of its arc [m]."""
     gyro: GyroStep | None = None
     """What an inertial unit measured during the displacement; None without one, and while it is silent."""
 
@@ -170,5 +168,5 @@ class MotionModel(NamedTuple):
 def _stepped(stamp: int, step: Pose) -> Increment:
     return Increment(
         stamp, _NO_RATE, _LEVEL_FORCE, 0.0, 0.0, True, False, witness=_NO_RATE, covered=0.0,
-        step=step, distance=arc_length(step),
+        step=step,
     )  # fmt: skip

@@ -29,7 +29,7 @@ def predict_motion(
         filter_, motion = predict_displacement(
             filter_, ekf, increment.step, seconds, increment.gyro
         )
-        return filter_, wheels.after(seconds).rolled_on(increment.distance), motion
+        return filter_, wheels.after(seconds), motion
     wheels = _felt(filter_, wheels, float(increment.force[0]), seconds)
     if increment.witnessed:
         # Rim speeds are means over a short time; after a pause of the encoders rates of the gyro are.

@@ -1,14 +1,16 @@
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import numpy as np
 import pytest
 
 from localization.config import LocalizerConfig
+from localization.errors import LocalizationError
 from localization.filter.ekf import initial_state
 from localization.filter.ekf_config import EkfConfig
-from localization.monitoring.wheel_modes import WheelModes
+from localization.monitoring.wheel_modes import WheelConfig, WheelModes
 from localization.motion.sensor_configuration import Motion, SensorConfiguration
 from localization.types import Pose
 
@@ -178,3 +180,9 @@ def test_wheels_that_agree_with_the_map_grip_again() -> None:
 def test_no_evidence_makes_slip_rarer_than_it_usually_is() -> None:
     usual = math.log(CONFIG.wheels.rates[0] / CONFIG.wheels.rates[1])
     assert driven(0.6, seconds=60.0).odds == pytest.approx(usual)
+
+
+@pytest.mark.parametrize("wrong", [{"rates": (0.0, 1.4)}, {"rates": (0.014, 0.0)}, {"noise": 0.0}])
+def test_rates_and_noise_of_nothing_are_refused_by_name(wrong: dict[str, Any]) -> None:
+    with pytest.raises(LocalizationError, match=r"wheels\.rates and wheels\.noise must be above 0"):
+        WheelConfig(**wrong)

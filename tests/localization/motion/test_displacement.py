@@ -8,7 +8,6 @@ import pytest
 from hypothesis import given, strategies as st
 
 from localization.motion.displacement import (
-    arc_length,
     arc_step,
     odometry_step,
     planar_step,
@@ -29,6 +28,17 @@ NOISE = OdometryNoise()
 TURNS = floats(-3.0, 3.0)
 WAYS = floats(-3.0, 3.0)
 STEPS = st.builds(Pose.planar, WAYS, WAYS, TURNS)
+
+
+def arc_length(step: Pose) -> float:
+    """Return the signed length of a motion's arc in the direction in which the robot looks [m].
+
+    A chord is turned from the start by half of the arc's turn, and shorter than the arc.
+    """
+    half = 0.5 * step.yaw
+    x, y = step.position[:2].tolist()
+    longer = half / math.sin(half) if abs(half) > 1e-6 else 1.0
+    return float((x * math.cos(half) + y * math.sin(half)) * longer)
 
 
 def added(step: Pose, seconds: float = 0.1) -> StepVariance:
